@@ -1,21 +1,31 @@
-"""What the robots of a block of worlds are made of: their layers, the numbers, who has the same."""
+"""Composition of the robots of a block of worlds: layers, numbers, and groups with the same."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from baselines.weighting.base import no_gain
+from baselines.motion.base import CompiledMotion
+from baselines.weighting.base import CompiledWeighting, no_gain
 from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import observe_world
-from swarm_forage_env.interface import EstimatorLayer, KernelNumbers, MotionLayer, WeightingLayer
-from swarm_forage_env.parameters import Part
-from swarm_forage_env.record import numbers_record, record_dtype
+from swarm_forage_env.interface import (
+    EstimatorLayer,
+    KernelNumbers,
+    MotionLayer,
+    WeightingLayer,
+    WeightingRule,
+)
+from swarm_forage_env.parameters import BaseScenario
+from swarm_forage_env.record import Rows, numbers_record, record_dtype
 from swarm_forage_env.task import consecutive
 from swarm_forage_env.ticks import nothing
+
+if TYPE_CHECKING:
+    from baselines.controller import LayeredController
 
 Layer = EstimatorLayer | WeightingLayer | MotionLayer
 Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
@@ -27,16 +37,16 @@ Row = Sequence[Any]
 Robots of one controller have the same object."""
 
 Composition = list[tuple[list[object], object]]
-"""What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
+"""What each layer of a controller consists of, except numbers; or its rule in NumPy."""
 
 Members = Bool[Array, " robots"]
-"""Which robots of a world are meant."""
+"""A mask of the robots of a world."""
 
 
 def settings_of(
     robot_layers: Sequence[Row], parts: Sequence[str], members: Members, is_last: bool = False
 ) -> Array:
-    """A record for each robot of each world: is it a member, and the parameters of these layers.
+    """A record for each robot of each world: its membership, and the parameters of these layers.
 
     For non-members only the estimator's parameters are written. `is_last`: no other robots of the
     same estimator are decided after these. Robots with equal parameters share one column.
@@ -71,7 +81,7 @@ def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, Ker
     return ((part, numbers) for part, numbers in zip(LAYERS, every, strict=True) if part in parts)
 
 
-def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[Part]) -> Sequence[Row]:
+def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[BaseScenario]) -> Sequence[Row]:
     """The layers of every robot; worlds of the same controllers and scenario share one row."""
     made: dict[tuple[int, ...], Row] = {}
     robot_layers = []
@@ -86,7 +96,7 @@ def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[Part]) -> Se
 
 
 def groups_of(controllers: Row, layers: Row) -> list[Members]:
-    """Which robots of a world have layers of the same functions."""
+    """Group the robots of a world by the functions of their layers."""
     compositions: dict[int, Composition] = {}
     for controller, own in zip(controllers, layers, strict=True):
         if own is not None and id(own) not in compositions:
@@ -102,7 +112,7 @@ def groups_of(controllers: Row, layers: Row) -> list[Members]:
 
 
 def check_alike(controllers: Sequence[Row], robot_layers: Sequence[Row]) -> None:
-    """ConfigError if the controllers of a robot differ from world to world but in numbers."""
+    """ConfigError if the controllers of a robot differ between worlds in more than numbers."""
     checked = set()
     different = {
         id(layers): (row, layers) for row, layers in zip(controllers, robot_layers, strict=True)
@@ -138,40 +148,41 @@ def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_groups
             )
 
 
-def composition_of(controller: Any, layers: Layers) -> Composition:  # noqa: ANN401 layered
-    """What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
-    found, own = [], cast("tuple[Layer, ...]", layers)
-    for name, layer in zip(LAYERS, own, strict=True):
-        part = getattr(controller, name)
-        is_rule = not hasattr(part, "layer") or is_numpy_motion(layer)
-        found.append((functions_of(layer), part if is_rule else None))
-    return found
+def composition_of(controller: "LayeredController", layers: Layers) -> Composition:
+    """What each layer of a controller consists of, except numbers; or its rule in NumPy."""
+    estimator, weighting, motion = layers
+    is_compiled = isinstance(controller.weighting, CompiledWeighting)
+    return [
+        (functions_of(estimator), None),
+        (functions_of(weighting), None if is_compiled else controller.weighting),
+        (functions_of(motion), controller.motion if is_numpy_motion(motion) else None),
+    ]
 
 
-def is_numpy_motion(layer: Layer) -> bool:
-    """Whether a layer leaves the motion to a rule in NumPy."""
-    return isinstance(layer, MotionLayer) and layer.steer is no_motion
+def is_numpy_motion(layer: MotionLayer) -> bool:
+    """A layer leaves the motion to a rule in NumPy."""
+    return layer.steer is no_motion
 
 
 def functions_of(layer: Layer) -> list[object]:
-    """What a layer consists of, but for its numbers: their names and shapes."""
+    """What a layer consists of, and of its numbers the names and shapes."""
     numbers = ("numbers", "heard_p_share", "own_weighting")
-    kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
-    return [*kept, sorted((name, np.shape(value)) for name, value in layer.numbers.items())]
+    functions = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
+    return [*functions, sorted((name, np.shape(value)) for name, value in layer.numbers.items())]
 
 
 @kernel
 def no_motion(*seen: object) -> None:
-    """The command stays as it is: that of a rule written in NumPy comes as an action."""
+    """Leave the command: that of a rule written in NumPy comes as an action."""
 
 
 @kernel
-def set_stream(memory: Any, word: np.uint64) -> None:  # noqa: ANN401 of any motion
-    """Put the stream of a motion's memory at its start."""
+def set_stream(memory: Rows, word: np.uint64) -> None:
+    """Set the stream of a motion's memory to its start."""
     memory.stream[0] = word
 
 
-def layers_of(controller: Any, scenario: Part) -> Layers:  # noqa: ANN401 layered
+def layers_of(controller: "LayeredController", scenario: BaseScenario) -> Layers:
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
     estimator.check_falsifiable(controller.name, scenario)
@@ -179,15 +190,17 @@ def layers_of(controller: Any, scenario: Part) -> Layers:  # noqa: ANN401 layere
     return estimator, weighting, _motion_layer(controller.motion, scenario)
 
 
-def _weighting_layer(part: Any, scenario: Part, estimator: EstimatorLayer) -> WeightingLayer:  # noqa: ANN401
-    if not hasattr(part, "layer"):
+def _weighting_layer(
+    part: CompiledWeighting | WeightingRule, scenario: BaseScenario, estimator: EstimatorLayer
+) -> WeightingLayer:
+    if not isinstance(part, CompiledWeighting):
         return WeightingLayer(no_gain, heard_p_share=part.heard_p_share)
-    layer: WeightingLayer | None = part.layer(scenario) or estimator.own_weighting
+    layer = part.layer(scenario) or estimator.own_weighting
     if layer is None:
         raise ConfigError("weighting 'filter': this estimator has no gain of its own; name a rule")
     return layer
 
 
-def _motion_layer(part: Any, scenario: Part) -> MotionLayer:  # noqa: ANN401 compiled or not
-    layer: MotionLayer | None = part.layer(scenario) if hasattr(part, "layer") else None
+def _motion_layer(part: object, scenario: BaseScenario) -> MotionLayer:
+    layer = part.layer(scenario) if isinstance(part, CompiledMotion) else None
     return layer or MotionLayer(no_motion, {})

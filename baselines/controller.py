@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from baselines.composition import Row, functions_of
 from baselines.estimators import ESTIMATORS
@@ -11,20 +11,35 @@ from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KernelNumbers
-from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
+from swarm_forage_env.parameters import (
+    BaseScenario,
+    Part,
+    leaves,
+    override,
+    resolve,
+    validated,
+)
 from swarm_forage_env.task import World, task_of
 
 REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
 """Where the parts of each layer are registered."""
 
 
+@runtime_checkable
+class _Checked(Protocol):
+    """Parameters of a layer that needs more than numbers, as the file of a policy."""
+
+    def check_usable(self, scenario: BaseScenario | None = None) -> None:
+        """ConfigError or UnknownNameError if something is missing, or does not fit."""
+        ...
+
+
 @dataclass(frozen=True)
 class LayeredController:
     """A controller of three layers.
 
-    A layer is compiled if its parameters have a method `layer`, and otherwise a rule of NumPy:
-    a weighting is called, or what its method `start` gives, and of a motion what `start` gives;
-    so too of a motion whose `layer` is None in a scenario.
+    A layer is compiled if its parameters have a method `layer` that does not return None. Otherwise
+    it is a rule in NumPy: a weighting is called, a motion is what its method `start` returns.
     """
 
     name: str
@@ -38,22 +53,21 @@ class LayeredController:
         return {"estimator": self.estimator, "weighting": self.weighting, "motion": self.motion}
 
     @property
-    def parameters(self) -> dict[str, Any]:
+    def parameters(self) -> dict[str, object]:
         """Every parameter by dotted name."""
         return leaves({layer: part.model_dump() for layer, part in self.layers.items()})
 
     @property
     def layer_names(self) -> dict[str, str]:
         """The name of each layer: that of its part in the registry, or else of its class."""
-        classes = {layer: type(part) for layer, part in self.layers.items()}
         return {
-            layer: REGISTRIES[layer].name_of(each) or each.__name__
-            for layer, each in classes.items()
+            layer: REGISTRIES[layer].name_of(type(part)) or type(part).__name__
+            for layer, part in self.layers.items()
         }
 
     @property
     def talks(self) -> bool:
-        """Whether its robots tell each other anything to weigh."""
+        """Its robots tell each other what a weighting can weigh."""
         return bool(getattr(self.estimator, "speaks", True))
 
     def with_parameters(self, values: Mapping[str, object]) -> "LayeredController":
@@ -63,9 +77,7 @@ class LayeredController:
         `estimator=dead_reckoning`. UnknownNameError for an unknown name, ConfigError for a value
         that does not fit or a missing file.
         """
-        chosen: dict[str, Any] = {
-            layer: name for layer, name in values.items() if layer in REGISTRIES
-        }
+        chosen = {layer: str(name) for layer, name in values.items() if layer in REGISTRIES}
         changed = self._with_layers(chosen)
         changes: dict[str, dict[str, object]] = {}
         for name, value in values.items():
@@ -77,7 +89,7 @@ class LayeredController:
             layer: override(changed.layers[layer], to) for layer, to in changes.items()
         }
         for part in parts.values():
-            if hasattr(part, "check_usable"):
+            if isinstance(part, _Checked):
                 part.check_usable()
         return replace(changed, **parts)
 
@@ -86,50 +98,50 @@ class LayeredController:
         parts: dict[str, Any] = {}
         for layer, name in names.items():
             part, old = REGISTRIES[layer][name], self.layers[layer].model_dump()
-            kept = {field: value for field, value in old.items() if field in part.model_fields}
-            parts[layer] = validated(part, kept)
+            common = {field: value for field, value in old.items() if field in part.model_fields}
+            parts[layer] = validated(part, common)
         return replace(self, **parts)
 
     def build(
         self, world: World, seeds: Sequence[int], each: Sequence["LayeredController"]
     ) -> RunningLayers:
-        """The running controller of a block of worlds, `each` with a controller of its own numbers.
+        """The running controller of a block of worlds; `each` world has a controller with numbers.
 
         ConfigError if a layer does not support such a world.
         """
         self.check_supports(world.scenario)
         return RunningLayers(world, seeds, [[own] * world.n_robots for own in each])
 
-    def language(self, scenario: Part) -> tuple[list[object], KernelNumbers | None]:
-        """What its robots understand: estimators of one kind; of one kind and equal numbers where
-        estimates are corrected jointly."""
+    def language(self, scenario: BaseScenario) -> tuple[list[object], KernelNumbers | None]:
+        """What its robots understand: messages of estimators with the same functions and, where
+        estimates are corrected jointly, equal numbers."""
         layer = self.estimator.layer(scenario)
         numbers = layer.numbers if task_of(scenario).is_joint else None
         return functions_of(layer), numbers
 
     def build_team(self, world: World, seeds: Sequence[int], each: Sequence[Row]) -> RunningLayers:
-        """The running controller of some robots, worlds by robots; None for one of another's."""
+        """The running controller of a team, worlds by robots; None for robots of other teams."""
         return RunningLayers(world, seeds, each)
 
-    def check_usable(self, scenario: Part) -> None:
-        """ConfigError or UnknownNameError if a layer is not made for such a world, or lacks what
-        it needs there: found out before anything is built."""
+    def check_usable(self, scenario: BaseScenario) -> None:
+        """ConfigError or UnknownNameError if a layer does not support such a world, or lacks
+        something that it needs there; nothing is built."""
         self.check_supports(scenario)
         for part in self.layers.values():
-            if hasattr(part, "check_usable"):
+            if isinstance(part, _Checked):
                 part.check_usable(scenario)
 
-    def assumed(self, scenario: Part) -> str:
-        """What is taken for granted of it in a scenario, in a line for its user; empty: nothing."""
+    def assumed(self, scenario: BaseScenario) -> str:
+        """Its assumptions in a scenario, as a line for the user; empty: none."""
         return ""
 
-    def supports(self, scenario: Part) -> bool:
-        """Whether every layer is made for the world of this scenario."""
+    def supports(self, scenario: BaseScenario) -> bool:
+        """Every layer is made for the world of this scenario."""
         return self._unsupported(scenario) is None
 
-    def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
-        """ConfigError if a layer is not made for the world of this scenario, or cannot tell lies
-        where there are liars."""
+    def check_supports(self, scenario: BaseScenario) -> None:
+        """ConfigError if a layer is not made for the world of this scenario, or if faults change
+        messages that the estimator cannot falsify."""
         layer = self._unsupported(scenario)
         if layer is not None:
             raise ConfigError(
@@ -138,7 +150,7 @@ class LayeredController:
             )
         self.estimator.layer(scenario).check_falsifiable(self.name, scenario)
 
-    def _unsupported(self, scenario: Part) -> str | None:
+    def _unsupported(self, scenario: BaseScenario) -> str | None:
         """The first layer that is not made for the world of this scenario."""
         task = task_of(scenario)
         for layer, part in self.layers.items():

@@ -37,55 +37,49 @@ SCEPTICAL = ScepticalOdometryParameters(pause=5.0, refractory=10.0)
 SUBSUMPTION = SubsumptionParameters()
 EKF = DecentralisedEKF()
 
-NAMED = (
-    LayeredController("nc", ALONE, SGIKF(), SUBSUMPTION),
-    LayeredController("ssgikf", SINGLE, SGIKF(), SUBSUMPTION),
-    LayeredController("dsgikf", DOUBLE, SGIKF(), SUBSUMPTION),
-    LayeredController("ssgiff", SINGLE, SGIFF(), SUBSUMPTION),
-    LayeredController("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
-    LayeredController("dsgiff-penalised", PENALISED, SGIFF(), SUBSUMPTION),
-    LayeredController("dsgiff-frequent", FREQUENT, SGIFF(), SUBSUMPTION),
-    LayeredController("ssgikf-sceptical", SCEPTICAL, ValidationGate(), SUBSUMPTION),
-    LayeredController("sikf", SIKFParameters(**SINGLE_FIELDS), SIKF(), SUBSUMPTION),
-    LayeredController(
-        "covariance", CovarianceParameters(**SINGLE_FIELDS), Covariance(), SUBSUMPTION
-    ),
-    LayeredController("subsumption", EKF, Filter(), SUBSUMPTION),
-    LayeredController("boids-goal", EKF, Filter(), BoidsParameters(gains="goal")),
-    LayeredController("boids-static", EKF, Filter(), BoidsParameters(gains="static")),
-    LayeredController("boids-adaptive", EKF, Filter(), BoidsParameters(gains="adaptive")),
-    LayeredController("gather", NoEstimator(), Filter(), Gather()),
-)
+TABLE = (
+    ("nc", "robots tell each other nothing", ALONE, SGIKF(), SUBSUMPTION),
+    ("ssgikf", "robots hear of the area they go to; weighs as a Kalman filter would",
+     SINGLE, SGIKF(), SUBSUMPTION),
+    ("dsgikf", "ssgikf whose robots tell each other of both areas",
+     DOUBLE, SGIKF(), SUBSUMPTION),
+    ("ssgiff", "ssgikf that weighs by a Fermi function, as sharply as beta says",
+     SINGLE, SGIFF(), SUBSUMPTION),
+    ("dsgiff", "ssgiff whose robots tell each other of both areas",
+     DOUBLE, SGIFF(), SUBSUMPTION),
+    ("dsgiff-penalised", "dsgiff that counts a message as a longer path",
+     PENALISED, SGIFF(), SUBSUMPTION),
+    ("dsgiff-frequent", "dsgiff-penalised that exchanges more often while unsure",
+     FREQUENT, SGIFF(), SUBSUMPTION),
+    ("ssgikf-sceptical", "ssgikf with a second witness and a gate, against liars",
+     SCEPTICAL, ValidationGate(), SUBSUMPTION),
+    ("sikf", "robots exchange the norm of a covariance",
+     SIKFParameters(**SINGLE_FIELDS), SIKF(), SUBSUMPTION),
+    ("covariance", "robots exchange whole error ellipses",
+     CovarianceParameters(**SINGLE_FIELDS), Covariance(), SUBSUMPTION),
+    ("subsumption", "straight to the goal, over the filter of the boids",
+     EKF, Filter(), SUBSUMPTION),
+    ("boids-goal", "boids that follow the rule of the goal alone",
+     EKF, Filter(), BoidsParameters(gains="goal")),
+    ("boids-static", "boids with fixed gains", EKF, Filter(), BoidsParameters(gains="static")),
+    ("boids-adaptive", "boids whose gains follow the uncertainty",
+     EKF, Filter(), BoidsParameters(gains="adaptive")),
+    ("gather", "stops on black floor, and leaves it the less the more are near",
+     NoEstimator(), Filter(), Gather()),
+)  # fmt: skip
 """The strategies of TR 6.1: no communication, and the single and double filters; the double one
 with a penalty on hearsay, and with more frequent exchanges of robots that are unsure; the single
 one with a second witness and a gate against liars; then the filters of covariances that they
 simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and subsumption over its filters, where robots
 forage; and gathering, for the task of aggregation."""
 
-ABOUT = {
-    "nc": "robots tell each other nothing",
-    "ssgikf": "robots hear of the area they go to; weighs as a Kalman filter would",
-    "dsgikf": "ssgikf whose robots tell each other of both areas",
-    "ssgiff": "ssgikf that weighs by a Fermi function, as sharply as beta says",
-    "dsgiff": "ssgiff whose robots tell each other of both areas",
-    "dsgiff-penalised": "dsgiff that counts a message as a longer path",
-    "dsgiff-frequent": "dsgiff-penalised that exchanges more often while unsure",
-    "ssgikf-sceptical": "ssgikf with a second witness and a gate, against liars",
-    "sikf": "robots exchange the norm of a covariance",
-    "covariance": "robots exchange whole error ellipses",
-    "subsumption": "straight to the goal, over the filter of the boids",
-    "boids-goal": "boids that follow the rule of the goal alone",
-    "boids-static": "boids with fixed gains",
-    "boids-adaptive": "boids whose gains follow the uncertainty",
-    "gather": "stops on black floor, and leaves it the less the more are near",
-}
-"""What each controller is, in words."""
+NAMED = tuple(LayeredController(name, *layers) for name, _, *layers in TABLE)
 
-for controller in NAMED:
-    CONTROLLERS.register(controller.name, ABOUT[controller.name])(controller)
+for controller, (name, about, *_) in zip(NAMED, TABLE, strict=True):
+    CONTROLLERS.register(name, about)(controller)
 
 OLD_NAMES = {"dsgiff-wary": "dsgiff-penalised", "dsgiff-brisk": "dsgiff-frequent"}
-"""Names of earlier releases, which go on working for one more."""
+"""Names of earlier releases, which work for one more."""
 
 for old, new in OLD_NAMES.items():
     CONTROLLERS.alias(old, new)

@@ -1,7 +1,7 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together.
 
 Robots whose estimators have the same functions are a team: they understand each other's messages.
-Those of a team whose weighting and motion have the same functions too are a group: one kernel
+Members of a team whose weighting and motion have the same functions too are a group: one kernel
 decides for them. All robots of one controller are a team of one group.
 """
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from baselines.composition import (
     set_stream,
     settings_of,
 )
+from baselines.weighting.base import CompiledWeighting
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.interface import (
@@ -37,7 +38,7 @@ from swarm_forage_env.interface import (
     WeightingRule,
 )
 from swarm_forage_env.no_layers import set_no_stream
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import Rows, copied_rows, record_dtype
 from swarm_forage_env.task import World, task_of
@@ -53,27 +54,27 @@ class CompositionGroup:
     """The minds of their team, with their own memory of the motion."""
     settings: Array
     functions: Mapping[str, Kernel]
-    """What the templates of a tick have free names for."""
+    """The functions of the free names in the templates of a tick."""
     motion: MotionLayer
     weigh: WeightingRule | None
     """Their weighting, if it is written in NumPy."""
     steer: MotionRule | None
     """Their motion, if it is written in NumPy."""
     is_last: bool
-    """No other robots of their team are decided after them."""
+    """The last group of their team: no other one is decided after it."""
 
     @cached_property
     def decide(self) -> Kernel:
-        """The second half of the control alone, compiled with their functions."""
+        """The second half of the control alone, compiled with the group's functions."""
         return typed_once(bind(run_ticks, {**self.functions, **only("decide")}))
 
     @property
     def memories(self) -> Array:
-        """What their motion remembers of each robot."""
+        """The motion's memory of each robot."""
         return self.minds["motion"]
 
     def reset(self, world: int, seed: int) -> None:
-        """Forget the motion of one world, and draw from this seed from now on."""
+        """Reset the motion of one world to this seed."""
         n_robots = len(self.members)
         memory = np.zeros(n_robots, self.minds["motion"].dtype)
         self.motion.memory.restart(memory)
@@ -83,20 +84,20 @@ class CompositionGroup:
         if self.steer is not None:
             self.steer.reset(world, seed)
 
-    def act(self, action: Array, layer: str, name: str, given: Float32[Array, "rows n"]) -> None:
-        """Write what a rule gives for the group, where no learner acts."""
+    def act(self, action: Array, layer: str, name: str, values: Float32[Array, "rows n"]) -> None:
+        """Write the values of a rule for the group, where no learner acts."""
         own = (action[layer] == KEEP) | (action[layer] == RULE)
         own &= self.members
         action[layer][own] = RULE
-        action[name][own] = given.reshape(action[name].shape)[own]
+        action[name][own] = values.reshape(action[name].shape)[own]
 
 
 class RunningLayers:
-    """A team, run on a block of worlds; each robot of each world has its own numbers.
+    """A running team in a block of worlds; each robot of each world has its own numbers.
 
-    Both the weight and the wheels of a tick are decided from what the robot knows after
-    listening; what was heard is merged afterwards, and steers from the next tick on. So one
-    observation holds all that either layer, or both, are shown.
+    The weight and the wheels of a tick both depend on the robot's knowledge after listening;
+    messages are merged afterwards, and steer from the next tick on. So one observation holds the
+    inputs of either layer, or both.
     """
 
     minds: Array
@@ -124,12 +125,12 @@ class RunningLayers:
 
     @property
     def has_rules(self) -> bool:
-        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        """A layer is a rule in NumPy, which is called with all worlds at once."""
         return any(group.steer is not None or group.weigh is not None for group in self._groups)
 
     @property
     def compiled(self) -> CompiledLayers | None:
-        """All that it does between two cuts, for one call; None for robots of several groups."""
+        """Everything between two cuts, for one call; None for robots of several groups."""
         if len(self._groups) > 1:
             return None
         group, n_robots = self._groups[0], self._world.n_robots
@@ -148,14 +149,14 @@ class RunningLayers:
         return typed_once(bind(run_ticks, {**functions, **only("observe")}))
 
     def observe(self, first: int, last: int) -> None:
-        """Take in what the worlds first .. last - 1 gave back."""
+        """Update the beliefs of the worlds first .. last - 1 by readings and messages."""
         memories = self._groups[0].memories
         arrays = self._estimators, memories, self.shared, self._settings
         world = self._world
         self._observe(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def consult(self) -> None:
-        """Ask the rules written in NumPy; where a learner acts already they are not heard."""
+        """Call the rules written in NumPy; a learner's action takes precedence."""
         action = self._world.robots["action"]
         for group in self._groups:
             if group.steer is not None:
@@ -167,7 +168,7 @@ class RunningLayers:
                     group.act(action, "weighting", "weight", group.weigh(exchange))
 
     def decide(self, first: int, last: int) -> None:
-        """Write the next commands of the worlds first .. last - 1, and merge what was heard.
+        """Write the next commands of the worlds first .. last - 1, and merge the messages.
 
         A command or a weight that is not finite is noted in the world.
         """
@@ -177,14 +178,14 @@ class RunningLayers:
             group.decide(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def reset(self, world: int, seed: int) -> None:
-        """Forget everything about one world, and draw from this seed from now on."""
+        """Reset one world to this seed."""
         self.estimator.mind.restart(self._estimators[world])
         self.shared[world] = 0.0
         for group in self._groups:
             group.reset(world, seed)
 
-    def numbers_in(self, world: int, scenario: Part) -> list[Array]:
-        """The numbers of one world's robots in another scenario: of the team, of each group.
+    def numbers_in(self, world: int, scenario: BaseScenario) -> list[Array]:
+        """The numbers of one world's robots in another scenario, for the team and each group.
 
         ConfigError if a layer is not made for it.
         """
@@ -201,12 +202,12 @@ class RunningLayers:
         ]
 
     def renumber(self, world: int, numbers: Sequence[Array]) -> None:
-        """Go by these numbers in one world from now on."""
+        """Use these numbers in one world from now on."""
         for settings, own in zip(self._all_settings, numbers, strict=True):
             settings[world] = own[0]
 
     def snapshot(self) -> dict[str, Any]:
-        """What every robot keeps, the numbers of every world, and what motions in NumPy keep."""
+        """Copies of all minds, of the numbers of every world, and of motions in NumPy."""
         return {
             "minds": self.minds.copy(),
             "shared": self.shared.copy(),
@@ -215,7 +216,7 @@ class RunningLayers:
         }
 
     def restore(self, kept: Mapping[str, Any]) -> None:
-        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        """Restore a snapshot; arrays keep their place in memory."""
         self.minds[...], self.shared[...] = kept["minds"], kept["shared"]
         for settings, own in zip(self._all_settings, kept["settings"], strict=True):
             settings[...] = own
@@ -228,7 +229,7 @@ class RunningLayers:
         check_on_gpu(name, self.estimator, self.has_rules, len(self._groups))
 
     def _motion_inputs(self) -> Iterator[Rows]:
-        """Copies of what the motion layer sees, in the order in which `steer` takes it."""
+        """Copies of the inputs of the motion layer, in the order of `steer`."""
         yield copied_rows(self._estimators, ("situation",))
         for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
             yield copied_rows(self._world.robots, path.split(".")[1:])
@@ -276,7 +277,7 @@ class RunningLayers:
         is_last: bool,
         seeds: Sequence[int],
     ) -> CompositionGroup:
-        """The robots of a group: what they are, and their half of a tick, compiled."""
+        """Make a group of robots, with the functions of their layers."""
         leader = int(np.argmax(members))
         controller, (_, weighting, motion) = controllers[leader], robot_layers[0][leader]
         memory = motion.memory
@@ -304,10 +305,19 @@ class RunningLayers:
         )
 
 
-def _rule(part: Any, running: RunningLayers, world: World) -> WeightingRule | None:  # noqa: ANN401
+@runtime_checkable
+class KnowingWeighting(Protocol):
+    """Parameters of a weighting in NumPy that knows the beliefs and the ground truth."""
+
+    def start_knowing(self, running: RunningLayers, world: World) -> WeightingRule:
+        """The rule for the robots of a running controller, in a world that it knows."""
+        ...
+
+
+def _rule(
+    part: CompiledWeighting | KnowingWeighting | WeightingRule, running: RunningLayers, world: World
+) -> WeightingRule | None:
     """A weighting written in NumPy; None for a compiled one."""
-    if hasattr(part, "layer"):
+    if isinstance(part, CompiledWeighting):
         return None
-    knows = hasattr(part, "start_knowing")
-    rule: WeightingRule = part.start_knowing(running, world) if knows else part
-    return rule
+    return part.start_knowing(running, world) if isinstance(part, KnowingWeighting) else part

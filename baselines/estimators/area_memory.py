@@ -19,7 +19,7 @@ NEST_BELOW, PREY_BELOW = 0.2, 0.68
 
 @kernel
 def dead_reckon(belief: Belief, odometry: Float32[Array, "2"], axle: float) -> None:
-    """Move the believed pose by what the encoders tell, and let confidence wane with the path.
+    """Move the believed pose by the odometry, and increase p by the path.
 
         p = p + dd
 
@@ -37,8 +37,7 @@ def dead_reckon(belief: Belief, odometry: Float32[Array, "2"], axle: float) -> N
 @kernel
 def area_under(ground: Float32[Array, "3"]) -> int:
     """The area that two of the three ground sensors see: NEST, PREY or NOWHERE."""
-    nest = 0
-    prey = 0
+    nest = prey = 0
     for sensor in range(3):
         if ground[sensor] < NEST_BELOW:
             nest += 1
@@ -51,7 +50,7 @@ def area_under(ground: Float32[Array, "3"]) -> int:
 
 @kernel
 def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) -> None:
-    """Remember an area on entering it, and be sure of it (p = 0) while standing on it.
+    """Remember an area on entering it, and set p = 0 while standing on it.
 
     The stored point lies `to_centre` [m] ahead: the centre, if the robot heads for it.
     """
@@ -70,12 +69,18 @@ def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) ->
 
 
 @kernel
+def way_to(belief: Belief, area: int) -> tuple[float, float]:
+    """The displacement from the robot to the believed place of an area, own frame [m]."""
+    place, pose = belief.location[area], belief.pose
+    return place[0] - pose[0], place[1] - pose[1]
+
+
+@kernel
 def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers) -> None:
     """Forget both areas at the place where the goal should be and is not.
 
-    The place is reached within `lost_within` of the believed centre; from there the robot
-    looks straight on for `overshoot` of path. Afterwards it ignores messages for a while, or it
-    would be handed the same wrong estimate straight back.
+    Within `lost_within` of the believed centre, the robot searches straight on for `overshoot` of
+    path. A lost robot ignores messages for a while, which would bring the wrong estimate back.
 
     Source: TR, Section 5.1 (reset of both locations).
     """
@@ -88,8 +93,7 @@ def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers)
         belief.search_path_left -= abs(odometry[0])
         belief.is_lost = belief.search_path_left < 0.0
     else:
-        dx = belief.location[area, 0] - belief.pose[0]
-        dy = belief.location[area, 1] - belief.pose[1]
+        dx, dy = way_to(belief, area)
         if hypot(dx, dy) < numbers.lost_within:
             belief.search_path_left = numbers.overshoot
     if belief.is_lost:
@@ -107,17 +111,15 @@ def nearer_known(belief: Belief) -> int:
     best, nearest = NOWHERE, math.inf
     for area in range(2):
         if belief.known[area]:
-            dx = belief.location[area, 0] - belief.pose[0]
-            dy = belief.location[area, 1] - belief.pose[1]
-            d = hypot(dx, dy)
-            if d < nearest:
-                best, nearest = area, d
+            dx, dy = way_to(belief, area)
+            if hypot(dx, dy) < nearest:
+                best, nearest = area, hypot(dx, dy)
     return best
 
 
 @kernel
 def choose_goal(belief: Belief) -> None:
-    """From an area to the other; from nowhere to the nearer one known; else nowhere: wander."""
+    """Choose the area other than the last one or, after a loss, the nearer one known; or none."""
     before = belief.goal
     if belief.came_from != NOWHERE:
         other = 1 - belief.came_from

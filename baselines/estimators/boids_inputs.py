@@ -1,4 +1,4 @@
-"""Layer inputs of localisation: what the weighting and the motion are shown of the beliefs.
+"""Layer inputs of localisation: the weighting and the motion observe the beliefs.
 
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 """
@@ -15,9 +15,9 @@ from swarm_forage_env.waypoints.records import Exchange, Readings
 
 @kernel
 def describe_correction(crowd: Array, i: int, sightings: Array, exchange: Exchange) -> None:
-    """The correction that a robot which sees another, or is seen, is about to make.
+    """Describe the correction that a robot which sees another, or is seen, is about to make.
 
-    Where the robot is, by its neighbours, is known from those who see it.
+    The neighbours that see the robot place it; `disagreement` is the distance to their mean.
     """
     n_robots, n, n_back, heard, x, y = crowd.shape[0], 0, 0, 0.0, 0.0, 0.0
     for j in range(n_robots):
@@ -46,7 +46,7 @@ def describe_correction(crowd: Array, i: int, sightings: Array, exchange: Exchan
 def away_from_one_by_one(
     crowd: Array, i: int, sightings: Array, numbers: Numbers
 ) -> tuple[float, float]:
-    """Separation as the authors' code sums it: steered anew after each neighbour.
+    """Separation as in the authors' code, which steers after each neighbour.
 
     After every neighbour the sum is divided by their number so far and replaced by the force
     that seeks its direction, five times a unit vector, so that the last ones weigh most.
@@ -73,9 +73,9 @@ def away_from_one_by_one(
 
 @kernel
 def sum_neighbours(crowd: Array, i: int, sightings: Array, reach: float) -> tuple[int, int]:
-    """Mean position, mean velocity and sum of the ways from those seen and believed in reach.
+    """Write the means over the robots seen and believed in reach; zeros without any.
 
-    How many are seen, and how many of them are believed in reach; zeros without any.
+    Returns the numbers of robots seen, and of those believed in reach.
 
     Source: BOIDS, Eq. 21 to 23.
     """
@@ -102,16 +102,16 @@ def sum_neighbours(crowd: Array, i: int, sightings: Array, reach: float) -> tupl
 
 @kernel
 def turn_to_body(x: float, y: float, compass: float, out: Float32[Array, "2"]) -> None:
-    """Write a vector of the world frame as the body sees it."""
+    """Write a vector of the world frame in the body frame."""
     out[0], out[1] = to_body(x, y, *cos_sin(compass))
 
 
 @kernel
 def describe_flock(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> None:
-    """Vectors to the flock (centre, separation, alignment) and the density, rho.
+    """Write the vectors to the flock (centre, separation, alignment) and the density, rho.
 
-    The alignment is the neighbours' mean velocity or, as the authors' code has it, their mean
-    position; the separation is the sum of the ways from them, or `away_from_one_by_one`.
+    The alignment is the neighbours' mean velocity, the separation the sum of the displacements
+    from them; in the authors' code their mean position, and `away_from_one_by_one`.
     """
     mind, situation = crowd[i], crowd[i].situation
     n_seen, n = sum_neighbours(crowd, i, sightings, numbers.reach)
@@ -132,7 +132,7 @@ def describe_flock(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> 
 
 @kernel
 def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
-    """Vectors to goal and home, the velocity, the stimuli s and e, and whether the goal is here.
+    """Write the vectors to goal and home, the velocity, the stimuli s and e, and the arrival.
 
     Source: BOIDS, Section 4, for the stimuli.
     """
@@ -150,7 +150,7 @@ def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
 
 @kernel
 def describe(crowd: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers) -> None:
-    """Fill the inputs of both layers of one robot, by what all now believe."""
+    """Write the inputs of both layers of one robot, by the present beliefs of all."""
     describe_correction(crowd, i, sightings, crowd[i].exchange)
     describe_flock(crowd, i, sightings, numbers)
     describe_self(crowd[i], readings, numbers)

@@ -24,9 +24,9 @@ import numpy as np
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, KeptMessage, Message
-from baselines.estimators.falsified_messages import keep_first, retell, tell_lies
+from baselines.estimators.falsified_messages import falsify, repeat
 from baselines.estimators.message_exchange import compose as compose_places
-from baselines.estimators.message_exchange import is_merged, slot_of, update_exchange
+from baselines.estimators.message_exchange import heard_place, is_merged, slot_of, update_exchange
 from baselines.estimators.path_covariance import (
     TT,
     XT,
@@ -37,6 +37,7 @@ from baselines.estimators.path_covariance import (
     CovarianceBelief,
     CovarianceMind,
     Matrix,
+    Moments,
     heard_direction,
     spectral_norm,
     to_ellipse,
@@ -59,7 +60,7 @@ Gain = tuple[float, float, float, float]
 
 
 class EllipseMessage(Message):
-    """What a robot tells of each area, with its error ellipse. Writer: `compose`."""
+    """A message with the error ellipse of each area. Writer: `compose`."""
 
     short: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
     """Standard deviation along the short axis; along the long axis it is p."""
@@ -68,14 +69,14 @@ class EllipseMessage(Message):
 
 
 class KeptEllipseMessage(KeptMessage):
-    """A message that a robot tells again, with its error ellipses. Writer: `repeat_ellipse`."""
+    """A message that a robot repeats, with its error ellipses. Writer: `repeat_ellipse`."""
 
     short: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
     long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
 
 
 class EllipseBelief(CovarianceBelief):
-    """What a robot believes, and the error ellipses it is being told."""
+    """What a robot believes, and the error ellipses that it hears."""
 
     heard_cov: Float64[Array, "areas 3"] = field(np.float64, 2, 3, unit="m^2")
     """Sum over the exchange of the heard covariances (xx, xy, yy), own frame, weighted by
@@ -123,16 +124,15 @@ def accumulate_ellipse(
 
 @kernel
 def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, go on with or end the exchange of robot i, ellipses included; whether it ended."""
+    """Start, continue or end the exchange of robot i, ellipses included; whether it ended."""
     belief = crowd[i].belief
-    is_new = belief.partner == NOBODY
-    if not is_new:
-        belief.last_partner = belief.partner
+    was_alone = belief.partner == NOBODY
     has_ended = update_exchange(crowd, i, heard, numbers)
-    if is_new:
-        if belief.partner == NOBODY:
-            return False
+    if belief.partner != NOBODY:
         belief.last_partner = belief.partner
+    elif was_alone:
+        return False
+    if was_alone:
         for area in range(2):
             for entry in range(3):
                 belief.heard_cov[area, entry] = 0.0
@@ -173,8 +173,8 @@ def gain_matrix(A: Matrix, B: Matrix) -> Gain:
 
 
 @kernel
-def blend(K: Gain, P: Float64[Array, "6"], R: Matrix) -> None:
-    """The moments P after taking over K of a heard estimate of covariance R, in place.
+def blend(K: Gain, P: Moments, R: Matrix) -> None:
+    """The moments P after a correction by the gain K of a heard covariance R, in place.
 
         P = L P L' + K R K',  L = I - K of the position, 1 of the heading
 
@@ -197,32 +197,24 @@ def blend(K: Gain, P: Float64[Array, "6"], R: Matrix) -> None:
 
 
 @kernel
-def offset(belief: EllipseBelief, area: int) -> tuple[float, float]:
-    """From the own location of an area to the heard one, own frame [m]."""
-    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
-    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
-    return x - belief.location[area, 0], y - belief.location[area, 1]
-
-
-@kernel
 def move_location(belief: EllipseBelief, area: int, K: Gain) -> None:
-    """Correct the location of an area by the gain K of the way to the heard one.
+    """Correct the location of an area by the gain K of the way to the heard one, in place.
 
         x_i = x_i + K (X_j - x_i)
 
     Source: TR, Eq. 23.
     """
-    dx, dy = offset(belief, area)
-    belief.location[area, 0] += K[0] * dx + K[1] * dy
-    belief.location[area, 1] += K[2] * dx + K[3] * dy
+    place, (x, y) = belief.location[area], heard_place(belief, area)
+    dx, dy = x - place[0], y - place[1]
+    place[0] += K[0] * dx + K[1] * dy
+    place[1] += K[2] * dx + K[3] * dy
 
 
 @kernel
 def copy_ellipse(belief: EllipseBelief, area: int, R: Matrix) -> None:
-    """Copy what was told of an unknown area, with its covariance R. Source: TR, Eq. 14."""
+    """Copy what was heard of an unknown area, with its covariance R. Source: TR, Eq. 14."""
     belief.known[area] = True
-    belief.location[area, 0] = belief.heard_sum[area, 0] / belief.heard_weight[area]
-    belief.location[area, 1] = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    belief.location[area, 0], belief.location[area, 1] = heard_place(belief, area)
     P = belief.moments[area]
     P[XX], P[XY], P[YY] = R
     P[XT] = P[YT] = P[TT] = 0.0
@@ -232,8 +224,8 @@ def copy_ellipse(belief: EllipseBelief, area: int, R: Matrix) -> None:
 def blend_ellipse(belief: EllipseBelief, area: int, R: Matrix, w: float, intersects: bool) -> None:
     """Blend both estimates of an area; the gain weighs the own covariance by w, R by 1 - w.
 
-    `intersects` takes their errors for correlated by an unknown amount: covariance intersection
-    with the weight w, which has the same gain, P / (1 - w) for P and R / w for R.
+    `intersects`: covariance intersection with the weight w, for errors of unknown correlation. It
+    has the same gain, with P / (1 - w) for P and R / w for R.
 
     Source: TR, Eq. 22 to 24; BOIDS, Eq. 5.
     """
@@ -249,7 +241,7 @@ def blend_ellipse(belief: EllipseBelief, area: int, R: Matrix, w: float, interse
 
 @kernel
 def merge(mind: EllipseMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Copy what was told of unknown areas; blend what both know, with the gain matrix for g."""
+    """Copy what was heard of unknown areas; blend what both know, with the gain matrix for g."""
     belief = mind.belief
     for area in range(2):
         if is_merged(belief, area, numbers):
@@ -264,8 +256,8 @@ def merge(mind: EllipseMind, shared: Array, heard_p_share: float, numbers: Numbe
 
 @kernel
 def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
-    """Make a lie of the message of a robot that tells error ellipses."""
-    tell_lies(mind.message, lie)
+    """Replace places, p and ellipses of a robot's message by those of a lie."""
+    falsify(mind, lie)
     for area in range(2):
         if mind.message.told[area]:
             mind.message.short[area] = mind.message.p[area]
@@ -273,12 +265,10 @@ def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
 
 @kernel
 def repeat_ellipse(mind: EllipseMind) -> None:
-    """Put what was told first in the place of the message of a robot that tells error ellipses."""
-    has_kept = keep_first(mind)
+    """Replace the message by the kept one, ellipses included, or keep it if it is the first."""
     message, kept = mind.message, mind.kept
-    if has_kept:
-        retell(mind)
-        turned = mind.kept.pose[2] - mind.belief.pose[2]
+    if repeat(mind):
+        turned = kept.pose[2] - mind.belief.pose[2]
         for area in range(2):
             message.short[area] = kept.short[area]
             message.long_direction[area] = wrap(kept.long_direction[area] + turned)

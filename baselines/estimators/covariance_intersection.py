@@ -1,19 +1,16 @@
-"""Fast covariance intersection of what a robot and its neighbours believe of its pose.
+"""Fast covariance intersection of a robot's and its neighbours' estimates of its pose.
 
 Smith et al. 2021 (BOIDS), Section 2.2; Fraenken and Huepper 2005.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
 
 import numpy as np
 
 from baselines.estimators.base import ESTIMATORS
-from baselines.estimators.boids_inputs import describe
 from baselines.estimators.covariance import CovarianceParameters
-from baselines.estimators.localisation import Localisation
+from baselines.estimators.localisation import Localisation, waypoints_kernels
 from baselines.estimators.pose_prediction import (
     PoseBelief,
     PoseMind,
@@ -22,24 +19,31 @@ from baselines.estimators.pose_prediction import (
     take_in_alone,
     tell,
 )
-from baselines.estimators.small_matrices import Matrix3, copy3, determinant3, identity3, inverse3
+from baselines.estimators.small_matrices import (
+    Matrix3,
+    copy3,
+    copy_pose,
+    determinant3,
+    identity3,
+    inverse3,
+)
 from baselines.weighting.sikf import SIKF
-from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos_sin
-from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.geometry import Pose, wrap
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer, Kernel
+from swarm_forage_env.interface import EstimatorLayer
 from swarm_forage_env.record import Numbers, Record, field
 
 
 class Told(Record):
-    """One of the estimates of a pose that are fused: the robot's own, or what another tells."""
+    """One of the estimates of a pose that are fused: the robot's own, or a neighbour's."""
 
-    pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
-    P: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    pose: Pose = field(np.float64, 3, unit="m, m, rad")
+    P: Matrix3 = field(np.float64, 3, 3)
     """Its covariance."""
-    inverse: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    inverse: Matrix3 = field(np.float64, 3, 3)
     """The inverse of its covariance."""
     weight: float = field(np.float64)
     """Its share of the fusion."""
@@ -49,13 +53,13 @@ class IntersectionMind(PoseMind):
     """All that covariance intersection keeps of a robot."""
 
     said: PoseBelief = field(PoseBelief)
-    """The estimate as it was told to the neighbours, before anybody's was fused."""
+    """The estimate as told to the neighbours, before any fusion."""
     told: Told = field(Told)
-    """A place in the list of estimates that are fused for one robot of the world after another;
-    the list is as long as the swarm."""
-    total: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    """An entry in the list of estimates that are fused for one robot after another; the list is as
+    long as the swarm."""
+    total: Matrix3 = field(np.float64, 3, 3)
     """Working space: a sum over that list."""
-    rest: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    rest: Matrix3 = field(np.float64, 3, 3)
     """Working space: that sum without one of its terms."""
 
 
@@ -102,7 +106,7 @@ def place_of_neighbour(x: float, y: float, far: float, direction: float) -> tupl
 def add_sight_noise(
     far: float, direction: float, var_range: float, var_bearing: float, P: Matrix3
 ) -> None:
-    """The covariance of what robot j believes of the pose of a robot it sees, in place.
+    """The covariance of robot j's estimate of the pose of a robot that it sees, in place.
 
         P = T P T' + W diag(s_r^2, s_b^2, s_b^2) W'
         T = [1 0 -r sin(d); 0 1 r cos(d); 0 0 1]
@@ -128,7 +132,7 @@ def add_sight_noise(
 
 @kernel
 def hear_pose(crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told) -> None:
-    """What robot j believes of the pose of robot i, which it sees, and how badly.
+    """Robot j's estimate of the pose of robot i, which it sees, and its covariance.
 
     Heading: theta_i = theta_j + b_ji + pi - b_ij, by the bearings at which they see each other.
     In the authors' code a sign slips, so that its global directions are off by the error of the
@@ -179,11 +183,10 @@ def fuse(crowd: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
 
 @kernel
 def gather_told(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> int:
-    """List the own estimate of robot i, and those of whom it sees and who see it; how many."""
+    """List the own estimate of robot i, and those by robots in mutual sight; their number."""
     told, said, n = crowd[0].told, crowd[i].said, 1
     inverse3(said.P, told.inverse)
-    for a in range(3):
-        told.pose[a] = said.pose[a]
+    copy_pose(said.pose, told.pose)
     for j in range(crowd.shape[0]):
         if sightings[i, j].seen and sightings[j, i].seen:
             told = crowd[n].told
@@ -195,11 +198,11 @@ def gather_told(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> int
 
 @kernel
 def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -> None:
-    """Fuse every robot's estimate with what its neighbours believe of it.
+    """Fuse every robot's estimate with its neighbours' estimates of it.
 
-    A correction is carried out to the share g in [0, 1]: the neighbours keep g of their weights
-    and the own estimate takes the rest, which is a covariance intersection too. In the authors'
-    code a robot with a single neighbour fuses nothing.
+    The weight g in [0, 1] scales a correction: the neighbours keep g of their weights and the own
+    estimate takes the rest, which is a covariance intersection too. In the authors' code a robot
+    with a single neighbour fuses nothing.
 
     Source: BOIDS, Eq. 3 to 5.
     """
@@ -220,12 +223,10 @@ def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -
 
 @ESTIMATORS.register("covariance_intersection")
 class CovarianceIntersection(Localisation):
-    """Covariance intersection: consistent fusion of estimates whose correlation is unknown."""
+    """Covariance intersection: consistent fusion of estimates of unknown correlation."""
 
     mind = IntersectionMind
-    kernels: ClassVar[Mapping[str, Kernel]] = {
-        "update_belief": take_in_alone, "describe": describe, "merge": intersect,
-    }  # fmt: skip
+    kernels = waypoints_kernels(take_in_alone, intersect)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry whose estimates are fused by covariance intersection."""

@@ -17,6 +17,7 @@ from baselines.estimators.covariance import (
     heard_covariance,
     move_location,
 )
+from baselines.estimators.joint_update import COHERENCE
 from baselines.estimators.message_exchange import is_merged
 from baselines.estimators.path_covariance import (
     XT,
@@ -25,6 +26,7 @@ from baselines.estimators.path_covariance import (
     YT,
     YY,
     Matrix,
+    Moments,
     grow_covariances,
     spectral_norm,
     worst_deviation,
@@ -34,14 +36,11 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.record import Numbers, field
 
-COHERENCE = 0.999
-"""Most that two robots' errors may be believed to go together, of what is possible (chosen)."""
-
 Shared = Float64[Array, "robots areas 2 2"]
 
 
 class CrossBelief(EllipseBelief):
-    """What a robot believes, and of which areas it shares its error with others."""
+    """What a robot believes, and the areas whose error it shares with others."""
 
     is_shared: Int8[Array, " areas"] = field(np.int8, 2)
     """A cross-covariance of the area may be other than zero."""
@@ -55,7 +54,7 @@ class CrossMind(EllipseMind):
 
 @kernel
 def forget_area(shared: Shared, area: int) -> None:
-    """Forget what is shared of an area with anybody."""
+    """Set the cross-covariances of an area to zero."""
     for other in range(shared.shape[0]):
         for a in range(2):
             for b in range(2):
@@ -64,7 +63,7 @@ def forget_area(shared: Shared, area: int) -> None:
 
 @kernel
 def forget_cross_covariances(belief: CrossBelief, shared: Shared) -> None:
-    """Forget what is shared of an area that is under the robot, or not known any more."""
+    """Forget the cross-covariances of areas that are under the robot or unknown."""
     for area in range(2):
         if belief.is_shared[area] and (belief.on_area == area or not belief.known[area]):
             forget_area(shared, area)
@@ -73,7 +72,7 @@ def forget_cross_covariances(belief: CrossBelief, shared: Shared) -> None:
 
 @kernel
 def update_belief(mind: CrossMind, shared: Shared, readings: Readings, numbers: Numbers) -> None:
-    """Covariance knowledge's tick; an area found anew shares its error with nobody."""
+    """Covariance knowledge's tick; the error of an area just found is shared with no robot."""
     dead_reckon(mind.belief, readings.odometry, numbers.axle)
     find_areas(mind.belief, readings.ground, numbers.to_centre)
     grow_covariances(mind.belief, readings.odometry, numbers)
@@ -83,7 +82,7 @@ def update_belief(mind: CrossMind, shared: Shared, readings: Readings, numbers: 
 
 
 @kernel
-def bounded(P: Float64[Array, "6"], R: Matrix, C: Float64[Array, "2 2"]) -> float:
+def bounded(P: Moments, R: Matrix, C: Float64[Array, "2 2"]) -> float:
     """The factor that shrinks a cross-covariance C to what the covariances P and R allow.
 
     |C|^2 <= COHERENCE^2 (least eigenvalue of P) (least eigenvalue of R) keeps [P C; C' R] a
@@ -108,12 +107,12 @@ def quadratic(u0: float, u1: float, v0: float, v1: float, S: Matrix) -> float:
 
 
 @kernel
-def correct_moments(P: Float64[Array, "6"], K: Gain, A: Gain, S: Matrix) -> None:
+def correct_moments(P: Moments, K: Gain, A: Gain, S: Matrix) -> None:
     """The moments P after a correction, in place.
 
         P = P - K A' - A K' + K S K'
 
-    A = P - C and S = P + R - C - C' as before it; the variance of the heading stays.
+    A = P - C and S = P + R - C - C' before it; the variance of the heading stays.
 
     Source: BOIDS, Eq. 17.
     """
@@ -183,7 +182,7 @@ def correct_shared(belief: CrossBelief, area: int, R: Matrix, share: float, shar
 
 @kernel
 def copy_shared(belief: CrossBelief, area: int, R: Matrix, shared: Shared) -> None:
-    """Copy what was told of an unknown area: its whole error is shared with the partner."""
+    """Copy what was heard of an unknown area: its whole error is shared with the partner."""
     copy_ellipse(belief, area, R)
     forget_area(shared, area)
     C = shared[belief.last_partner, area]
@@ -193,10 +192,10 @@ def copy_shared(belief: CrossBelief, area: int, R: Matrix, shared: Shared) -> No
 
 @kernel
 def merge(mind: CrossMind, shared: Shared, heard_p_share: float, numbers: Numbers) -> None:
-    """Copy what was told of unknown areas; correct what both know.
+    """Copy what was heard of unknown areas; correct what both know.
 
-    The weight g = 1/2 stands for the whole gain, as in `covariance`; smaller and larger ones
-    scale it by 2 g, up to one.
+    The weight g = 1/2 means the whole gain, as in `covariance`; other weights scale it by 2 g, up
+    to one.
 
     Source: TR, Eq. 14; BOIDS, Eq. 13 to 20.
     """

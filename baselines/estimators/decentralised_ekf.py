@@ -5,19 +5,17 @@ Smith et al. 2021 (BOIDS), Section 2.3; Luft et al. 2016 and 2018.
 Robot i keeps its pose x_i, its covariance P_i, and a factor s_ij for every other robot j, so that
 P_ij = s_ij s_ji'. All factors start at zero.
 
-In the authors' code every robot corrects itself alone, from what all had said before anybody was
-corrected; for each pair are kept the factor, and that factor as it was said.
+In the authors' code every robot corrects itself alone, from what all said before any correction;
+for each pair it keeps the factor, and the factor as said.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
 
 from baselines.estimators import cross_covariance
 from baselines.estimators.base import ESTIMATORS
-from baselines.estimators.boids_inputs import describe
 from baselines.estimators.covariance import CovarianceParameters
 from baselines.estimators.joint_update import (
+    Factors,
     FilterMind,
     bound_correlation,
     correct_joint,
@@ -28,7 +26,7 @@ from baselines.estimators.joint_update import (
     sight_jacobian,
     update_factors,
 )
-from baselines.estimators.localisation import Localisation
+from baselines.estimators.localisation import Localisation, waypoints_kernels
 from baselines.estimators.pose_prediction import (
     PoseBelief,
     predict,
@@ -43,6 +41,7 @@ from baselines.estimators.small_matrices import (
     identity3,
     product3_transposed,
     spectral_norm3,
+    transpose3,
 )
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
@@ -55,25 +54,28 @@ from swarm_forage_env.waypoints.records import SPEED, Readings, Sighting
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 MAX_JUMP, MAX_GROWTH = 0.5, 1.0
-"""The authors' code refuses a correction by as many metres, or that adds as much to |P|."""
+"""Corrections that the authors' code refuses: by this far [m], or that increase |P| by this."""
+
+NEAREST = 1e-3
+"""Least distance at which a bearing tells two robots apart [m] (chosen)."""
 
 FACTOR, SAID = 0, 1
-"""What is kept for a pair: the factor, and the factor as it was said."""
+"""Memory of a pair: the factor, and the factor as said."""
 
 
 class AuthorsMind(FilterMind):
-    """All that the authors' filter keeps of a robot, but its factors."""
+    """All that the authors' filter keeps of a robot, except its factors."""
 
     said: PoseBelief = field(PoseBelief)
-    """The estimate as it was told to the neighbours, before anybody was corrected."""
+    """The estimate as told to the neighbours, before any correction."""
 
 
 @kernel
 def authors_bearing(measured: float, expected: float, dy: float) -> float:
-    """The expected bearing as the authors' code compares it: with the other sign, if nearer.
+    """The expected bearing as the authors' code compares it: with the opposite sign, if nearer.
 
-    Where |dy| < 1 m the sign of the expected bearing is turned if that brings it nearer to the
-    measured one, which stands in for wrapping the difference.
+    Where |dy| < 1 m the sign is changed if that brings it nearer to the measured bearing, instead
+    of wrapping the difference.
 
     Source: BOIDS, authors' code.
     """
@@ -84,7 +86,7 @@ def authors_bearing(measured: float, expected: float, dy: float) -> float:
 
 @kernel
 def slipped_direction(mind: AuthorsMind, bearing: float) -> float:
-    """The global direction of a sight, off by the error of the heading in the wrong sense [rad].
+    """The global direction of a sighting, off by the heading's error with the wrong sign [rad].
 
     Source: BOIDS, authors' code.
     """
@@ -95,10 +97,10 @@ def slipped_direction(mind: AuthorsMind, bearing: float) -> float:
 def correct_one(
     crowd: Array, shared: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
 ) -> None:
-    """Correct robot i alone by how it sees j, unless that moves it far.
+    """Correct robot i alone by its sighting of j, unless the correction is refused.
 
-    The half of robot j is thrown away. Both noises are the deviation of the range, and nothing
-    keeps the joint matrix a covariance.
+    The half of robot j is dropped. Both noises are the deviation of the range, and nothing keeps
+    the joint matrix a covariance.
 
     Source: BOIDS, authors' code.
     """
@@ -120,24 +122,19 @@ def correct_one(
         return
     for a in range(3):
         one.pose[a] += update.K[a, 0] * along + update.K[a, 1] * across
-        for b in range(3):
-            one.P[a, b] = update.half[b, a]
+    transpose3(update.half, one.P)
     update_factors(update.before[0], one.P, update, shared[i, :, FACTOR])
-    for a in range(3):
-        for b in range(3):
-            shared[i, j, FACTOR, a, b] = update.half[b + 3, a]
+    transpose3(update.half[3:], shared[i, j, FACTOR])
 
 
 @kernel
 def is_refused(mind: AuthorsMind, along: float, across: float) -> bool:
-    """The correction would move the robot, or blow up its covariance, by too much.
+    """The correction would move the robot, or increase its covariance, by too much.
 
     Source: BOIDS, authors' code.
     """
     update, after = mind.update, mind.update.products[0]
-    for a in range(3):
-        for b in range(3):
-            after[a, b] = update.half[b, a]
+    transpose3(update.half, after)
     jump_x = update.K[0, 0] * along + update.K[0, 1] * across
     jump_y = update.K[1, 0] * along + update.K[1, 1] * across
     growth = spectral_norm3(after) - spectral_norm3(update.before[0])
@@ -148,7 +145,7 @@ def is_refused(mind: AuthorsMind, along: float, across: float) -> bool:
 def correct_each_alone(
     crowd: Array, shared: Float64[Array, "robots robots 2 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
-    """Every robot corrects itself by all that it sees, all from what was said before.
+    """Every robot corrects itself by all its sightings, from what was said before.
 
     Source: BOIDS, authors' code.
     """
@@ -162,18 +159,11 @@ def correct_each_alone(
                 correct_one(crowd, shared, i, j, sightings[i, j], numbers)
 
 
-NEAREST = 1e-3
-"""Robots believed nearer than this cannot be told apart by a bearing [m] (chosen)."""
-
-
 @kernel
 def propagate_factors(
-    belief: PoseBelief,
-    motion: Float32[Array, "2"],
-    dt: float,
-    factors: Float64[Array, "robots 3 3"],
+    belief: PoseBelief, motion: Float32[Array, "2"], dt: float, factors: Factors
 ) -> None:
-    """The factors of a robot's cross-covariances after a step that led to its pose, in place.
+    """Propagate the factors of a robot by the step that led to its pose, in place.
 
         s_ij = F s_ij
 
@@ -187,10 +177,8 @@ def propagate_factors(
 
 
 @kernel
-def update_belief(
-    mind: FilterMind, factors: Float64[Array, "robots 3 3"], readings: Readings, numbers: Numbers
-) -> None:
-    """Go on by the robot's own readings, and carry along what it shares with others.
+def update_belief(mind: FilterMind, factors: Factors, readings: Readings, numbers: Numbers) -> None:
+    """Update estimate and factors by the robot's own readings.
 
     A fix at home multiplies the factors: s_ij = (I - K) s_ij.
 
@@ -207,7 +195,7 @@ def update_belief(
 
 @kernel
 def move_pair(one: FilterMind, other: FilterMind, far: float, bearing: float) -> None:
-    """Correct two poses and covariances by range [m] and bearing [rad], gain and joint covariance.
+    """Correct two poses by a range [m] and bearing [rad], and copy their corrected covariances.
 
         x = x + g K (z - h(x))
 
@@ -230,7 +218,7 @@ def move_pair(one: FilterMind, other: FilterMind, far: float, bearing: float) ->
 def correct_both(
     crowd: Array, factors: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
 ) -> None:
-    """Correct robots i and j, and their factors, by how i sees j, to the share g.
+    """Correct robots i and j, and their factors, by the sighting of j by i, scaled by g.
 
         x = x + g K (z - h(x))
         s_ij = P_ij,  s_ji = I
@@ -261,7 +249,7 @@ def correct_both(
 def correct_by_sight(
     crowd: Array, factors: Float64[Array, "robots robots 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
-    """Every sight corrects both robots, one after the other in the order of their numbers."""
+    """Every sighting corrects both robots, in the order of their numbers."""
     for i in range(crowd.shape[0]):
         for j in range(crowd.shape[0]):
             if sightings[i, j].seen:
@@ -273,21 +261,18 @@ class DecentralisedEKF(Localisation):
     """Decentralised Kalman filter: a sighting corrects both robots and their cross-covariance."""
 
     mind = FilterMind
-    kernels: ClassVar[Mapping[str, Kernel]] = {
-        "update_belief": update_belief, "describe": describe, "merge": correct_by_sight,
-    }  # fmt: skip
+    kernels = waypoints_kernels(update_belief, correct_by_sight)
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
-        """Poses that are corrected by range and bearing of those seen."""
+        """Poses corrected by range and bearing of the robots seen."""
         layer = super().waypoints_layer(scenario)
         if self.setting != "authors":
             return replace(layer, shared=(3, 3))
-        own: dict[str, Kernel] = {"update_belief": take_in_alone, "merge": correct_each_alone}
-        kernels = {**self.kernels, **own}
+        kernels = waypoints_kernels(take_in_alone, correct_each_alone)
         return replace(layer, mind=AuthorsMind, kernels=kernels, shared=(2, 3, 3))
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
-        """Social odometry whose estimates are corrected with what they share."""
+        """Social odometry whose estimates are corrected with their cross-covariances."""
         layer = CovarianceParameters().layer(scenario)
         kernels: dict[str, Kernel] = {
             **layer.kernels,

@@ -1,7 +1,6 @@
-"""Falsified messages: what faults of the scenario make of a message that a robot composed.
+"""Falsified messages: faults of the scenario change a message after a robot composed it.
 
-A liar tells a false place; a stale robot repeats what it told once. The robot itself believes what
-it believed before.
+A liar tells a false place; a stale robot repeats its first message. Their own beliefs stay.
 
 Not in the papers, and chosen here:
 - a liar lies about the areas that it would tell of, and speaks when it would speak;
@@ -11,6 +10,7 @@ Not in the papers, and chosen here:
 """
 
 from baselines.estimators.belief import Message, SocialMind
+from baselines.estimators.small_matrices import copy_pose
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_record import Lie
 from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
@@ -19,10 +19,10 @@ from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 
 @kernel
 def false_place(distance: float, direction: float, lie: Lie, area: int) -> tuple[float, float]:
-    """Where a liar says that an area is, which it believes at a distance [m] and direction [rad].
+    """The place that a liar tells, for an area believed at a distance [m] and direction [rad].
 
-    Body frame, distance [m] and direction [rad]. Turned about the liar and shifted, or a place of
-    its own. Source: VanCalck2023, for places that are turned.
+    In the body frame: turned about the liar and shifted, or another place. Source: VanCalck2023,
+    for places that are turned.
     """
     x, y = lie.place[area, 0], lie.place[area, 1]
     if not lie.is_place:
@@ -33,21 +33,16 @@ def false_place(distance: float, direction: float, lie: Lie, area: int) -> tuple
 
 
 @kernel
-def tell_lies(message: Message, lie: Lie) -> None:
-    """Put false places, and the p of the lie, into a message."""
+def falsify(mind: SocialMind, lie: Lie) -> None:
+    """Replace the places and p of a robot's message by those of a lie."""
+    message = mind.message
     for area in range(2):
         if message.told[area]:
-            honest = float(message.distance[area]), float(message.direction[area])
-            distance, direction = false_place(honest[0], honest[1], lie, area)
+            distance, direction = float(message.distance[area]), float(message.direction[area])
+            distance, direction = false_place(distance, direction, lie, area)
             message.distance[area], message.direction[area] = distance, wrap(direction)
             if not lie.has_own_p:
                 message.p[area] = lie.p
-
-
-@kernel
-def falsify(mind: SocialMind, lie: Lie) -> None:
-    """Make a lie of the message of a robot."""
-    tell_lies(mind.message, lie)
 
 
 @kernel
@@ -60,21 +55,8 @@ def copy_message(source: Message, out: Message) -> None:
 
 
 @kernel
-def keep_first(mind: SocialMind) -> bool:
-    """Keep the message if it is the first that tells of an area; whether one was kept before."""
-    if mind.kept.is_kept:
-        return True
-    if mind.message.told[0] or mind.message.told[1]:
-        copy_message(mind.message, mind.kept)
-        for k in range(3):
-            mind.kept.pose[k] = mind.belief.pose[k]
-        mind.kept.is_kept = True
-    return False
-
-
-@kernel
 def retell(mind: SocialMind) -> None:
-    """Tell again the places that were kept, as they are seen from the believed pose of now."""
+    """Tell the kept places again, as seen from the present believed pose."""
     message, then, now = mind.message, mind.kept.pose, mind.belief.pose
     copy_message(mind.kept, message)
     for area in range(2):
@@ -84,11 +66,17 @@ def retell(mind: SocialMind) -> None:
             dx = then[0] + distance * c - now[0]
             dy = then[1] + distance * s - now[1]
             distance, direction = range_and_bearing(dx, dy, now[2])
-            message.distance[area], message.direction[area] = distance, wrap(direction)
+            message.distance[area], message.direction[area] = distance, direction
 
 
 @kernel
-def repeat(mind: SocialMind) -> None:
-    """Put what was told first in the place of the message of a robot."""
-    if keep_first(mind):
+def repeat(mind: SocialMind) -> bool:
+    """Replace the message by the kept one, or keep it if it is the first; whether one was kept."""
+    if mind.kept.is_kept:
         retell(mind)
+        return True
+    if mind.message.told[0] or mind.message.told[1]:
+        copy_message(mind.message, mind.kept)
+        copy_pose(mind.belief.pose, mind.kept.pose)
+        mind.kept.is_kept = True
+    return False

@@ -18,36 +18,44 @@ from baselines.estimators.small_matrices import (
     product3_transposed,
     solve_lower3,
     spectral_norm3,
+    transpose3,
 )
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.record import Record, field
 
 COHERENCE = 0.999
-"""Most that two robots' errors may be believed to go together, of what is possible (chosen)."""
+"""Largest share of the possible correlation of two robots' errors (chosen)."""
+
+Factors = Float64[Array, "robots 3 3"]
+"""What a robot keeps of its cross-covariance with each robot."""
+
+Joint = Float64[Array, "6 6"]
+Jacobian = Float64[Array, "2 6"]
+Gain = Float64[Array, "6 2"]
 
 
 class JointUpdate(Record):
     """Working space of one relative update."""
 
-    cross: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    cross: Matrix3 = field(np.float64, 3, 3)
     """C, the cross-covariance of the pair."""
-    joint: Float64[Array, "6 6"] = field(np.float64, 6, 6)
+    joint: Joint = field(np.float64, 6, 6)
     """The covariance of the pair before the update."""
-    half: Float64[Array, "6 6"] = field(np.float64, 6, 6)
+    half: Joint = field(np.float64, 6, 6)
     """((I - K G) P)'."""
-    after: Float64[Array, "6 6"] = field(np.float64, 6, 6)
+    after: Joint = field(np.float64, 6, 6)
     """The covariance of the pair after the update."""
-    G: Float64[Array, "2 6"] = field(np.float64, 2, 6)
+    G: Jacobian = field(np.float64, 2, 6)
     """Derivative of range and bearing by both poses."""
-    K: Float64[Array, "6 2"] = field(np.float64, 6, 2)
+    K: Gain = field(np.float64, 6, 2)
     """The gain."""
     before: Float64[Array, "pair 3 3"] = field(np.float64, 2, 3, 3)
     """Each robot's own covariance before the update."""
-    L: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    L: Matrix3 = field(np.float64, 3, 3)
     """A lower triangle, L L' = P."""
     products: Float64[Array, "4 3 3"] = field(np.float64, 4, 3, 3)
-    """Products on the way."""
+    """Intermediate products."""
 
 
 class FilterMind(PoseMind):
@@ -57,13 +65,12 @@ class FilterMind(PoseMind):
 
 
 @kernel
-def sight_jacobian(dx: float, dy: float, by_heading: float, out_G: Float64[Array, "2 6"]) -> None:
-    """Derivative of the range and bearing at which i sees j by the poses of both.
+def sight_jacobian(dx: float, dy: float, by_heading: float, out_G: Jacobian) -> None:
+    """Derivative by both poses of the range and bearing at which i sees j.
 
         G_i = [-dx/r -dy/r 0; dy/r^2 -dx/r^2 -1],  G_j = [dx/r dy/r 0; -dy/r^2 dx/r^2 0]
 
-    (dx, dy) = x_j - x_i [m]; `by_heading` is -1 for a bearing of the body frame, 0 for a global
-    one.
+    (dx, dy) = x_j - x_i [m]; `by_heading`: -1 for a bearing of the body frame, 0 for a global one.
 
     Source: BOIDS, Eq. 14, whose first block has no heading.
     """
@@ -77,7 +84,7 @@ def sight_jacobian(dx: float, dy: float, by_heading: float, out_G: Float64[Array
 
 @kernel
 def joint_gain(update: JointUpdate, g: float, var_range: float, var_bearing: float) -> None:
-    """The gain of a relative measurement on the poses of both robots, to the share g.
+    """The gain of a relative measurement on both poses, scaled by g.
 
         K = g P G' (G P G' + R)^-1,  R = diag(var_range, var_bearing)
 
@@ -102,13 +109,8 @@ def joint_gain(update: JointUpdate, g: float, var_range: float, var_bearing: flo
 
 
 @kernel
-def left_over(
-    A: Float64[Array, "6 6"],
-    G: Float64[Array, "2 6"],
-    K: Float64[Array, "6 2"],
-    out: Float64[Array, "6 6"],
-) -> None:
-    """((I - K G) A)', transposed so that doing it twice gives (I - K G) A (I - K G)'."""
+def left_over(A: Joint, G: Jacobian, K: Gain, out: Joint) -> None:
+    """((I - K G) A)', transposed so that two calls give (I - K G) A (I - K G)'."""
     for b in range(6):
         seen_range, seen_bearing = 0.0, 0.0
         for c in range(6):
@@ -141,8 +143,8 @@ def bound_correlation(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
 
         |L_i^-1 C L_j^-T| <= COHERENCE,  L L' = P
 
-    Luft's factors only approximate it once others have corrected either robot, and may claim
-    more than two robots can share: then the joint matrix is no covariance.
+    Luft's factors only approximate C once others have corrected either robot, and may exceed what
+    two robots can share: then the joint matrix is no covariance.
 
     Source: HornJohnson2012, Theorem 7.7.7.
     """
@@ -151,9 +153,7 @@ def bound_correlation(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
     M, square = update.products[2], update.products[3]
     cholesky3(P_i, L)
     solve_lower3(L, C, half)
-    for a in range(3):
-        for b in range(3):
-            turned[a, b] = half[b, a]
+    transpose3(half, turned)
     cholesky3(P_j, L)
     solve_lower3(L, turned, M)
     product3_transposed(M, M, square)
@@ -166,7 +166,7 @@ def bound_correlation(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
 
 @kernel
 def join(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
-    """The joint covariance [P_i C; C' P_j]; each robot's own is kept as that before the update."""
+    """Write the joint covariance [P_i C; C' P_j], and keep each robot's own in `before`."""
     C, joint, before = update.cross, update.joint, update.before
     for a in range(3):
         for b in range(3):
@@ -177,8 +177,8 @@ def join(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
 
 
 @kernel
-def multiply_factors(M: Matrix3, factors: Float64[Array, "robots 3 3"]) -> None:
-    """M s_ih for every robot h, in place; written out, for it is most of a correction's work."""
+def multiply_factors(M: Matrix3, factors: Factors) -> None:
+    """M s_ih for every robot h, in place; written out, as most of a correction's time goes here."""
     for h in range(factors.shape[0]):
         for k in range(3):
             a, b, c = factors[h, 0, k], factors[h, 1, k], factors[h, 2, k]
@@ -188,9 +188,7 @@ def multiply_factors(M: Matrix3, factors: Float64[Array, "robots 3 3"]) -> None:
 
 
 @kernel
-def update_factors(
-    before: Matrix3, after: Matrix3, update: JointUpdate, factors: Float64[Array, "robots 3 3"]
-) -> None:
+def update_factors(before: Matrix3, after: Matrix3, update: JointUpdate, factors: Factors) -> None:
     """The factors of a robot whose covariance was corrected from Q to P, in place.
 
         s_ih = P Q^-1 s_ih

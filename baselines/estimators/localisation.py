@@ -1,16 +1,16 @@
-"""Localisation: what the parameters of all estimators of a pose have in common.
+"""Localisation: the common parameters of all estimators of a pose.
 
 Smith et al. 2021 (BOIDS), Section 2. `setting` chooses between two readings of the paper:
 
-- `authors`: what produced its figures. Process noise and measurement noise are diagonals of
+- `authors`: the code behind its figures. Process noise and measurement noise are diagonals of
   standard deviations; home resets the estimate; the filter corrects one robot of two, behind
   gates; flocks align on positions.
 - `corrected`: textbook noise, propagated by the Jacobians; home is a private measurement update;
   both robots are corrected; flocks align on velocities; the covariance stimulus has a scale that
   fits such covariances.
 
-Not in the paper, and chosen here: the corrected filters hold a device's constant error for a part
-of its noise (the variances add up), for nothing tells them of it.
+Not in the paper, and chosen here: the corrected filters treat a device's constant error as a part
+of its noise (the variances add up), as they have no measurement of it.
 """
 
 from collections.abc import Mapping
@@ -18,6 +18,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from baselines.estimators.boids_inputs import describe
 from baselines.estimators.pose_prediction import PoseMind
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
@@ -38,11 +39,16 @@ OFFSET_MAX = 1.0
 
 @kernel
 def whole_correction(exchange: Exchange, which: int, numbers: Numbers) -> float:
-    """The gain g = 1: every correction is carried out as the filter computes it.
+    """The gain g = 1: every correction is made as the filter computes it.
 
     Source: BOIDS, Section 2.
     """
     return 1.0
+
+
+def waypoints_kernels(update_belief: Kernel, merge: Kernel) -> Mapping[str, Kernel]:
+    """The functions that the templates of a tick name, where robots visit waypoints."""
+    return {"update_belief": update_belief, "describe": describe, "merge": merge}
 
 
 class Localisation(Part):
@@ -86,12 +92,12 @@ class Localisation(Part):
         return self.foraging_layer(scenario)
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
-        """The layer of robots that visit waypoints."""
+        """The layer where robots visit waypoints."""
         numbers, own = self.numbers(scenario), WeightingLayer(whole_correction)
         return EstimatorLayer(self.mind, numbers, self.kernels, observe_world, own_weighting=own)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The layer of robots that forage."""
+        """The layer where robots forage."""
         raise NotImplementedError
 
     def numbers(self, scenario: WaypointsScenario) -> dict[str, float]:

@@ -5,12 +5,13 @@ Gutierrez et al. 2009 (TR), Sections 4.2 and 5.2.
 
 import math
 
+from baselines.estimators.area_memory import way_to
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, Message, SocialMind
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.equations.elementary import cos, cos_sin, sin
-from swarm_forage_env.equations.geometry import range_and_bearing, wrap
+from swarm_forage_env.equations.geometry import range_and_bearing
 from swarm_forage_env.record import Numbers
 
 
@@ -32,21 +33,25 @@ def heard_location(
     Source: TR, Eq. 40; ANTS, Section 4.2.
     """
     phi_i = gamma_i + (phi_j - gamma_j) - math.pi
-    return (
-        D * cos(gamma_i) + d_j * cos(phi_i),
-        D * sin(gamma_i) + d_j * sin(phi_i),
-    )
+    return D * cos(gamma_i) + d_j * cos(phi_i), D * sin(gamma_i) + d_j * sin(phi_i)
+
+
+@kernel
+def heard_place(belief: Belief, area: int) -> tuple[float, float]:
+    """The mean of the places of an area heard in the exchange, own frame [m]."""
+    place, weight = belief.heard_sum[area], belief.heard_weight[area]
+    return place[0] / weight, place[1] / weight
 
 
 @kernel
 def is_listening(mind: SocialMind) -> bool:
-    """The robot may read messages in this tick, whose countdown is still to come."""
+    """The robot may read messages in this tick, before its countdown."""
     return mind.belief.partner != NOBODY or mind.belief.ignore_ticks <= 1
 
 
 @kernel
 def was_recently_met(belief: Belief, sender: int) -> bool:
-    """The sender was talked to not long ago."""
+    """The sender was a partner within the time `refractory`."""
     for k in range(belief.met.shape[0]):
         if belief.met[k] == sender and belief.met_ticks_left[k] > 0:
             return True
@@ -55,7 +60,7 @@ def was_recently_met(belief: Belief, sender: int) -> bool:
 
 @kernel
 def remember_partner(belief: Belief, ticks: int) -> None:
-    """Put the partner in the place of the one whose time runs out first."""
+    """Remember the partner instead of the one whose time ends first."""
     k = 0
     for other in range(1, belief.met.shape[0]):
         if belief.met_ticks_left[other] < belief.met_ticks_left[k]:
@@ -65,16 +70,19 @@ def remember_partner(belief: Belief, ticks: int) -> None:
 
 
 @kernel
+def may_merge(belief: Belief, area: int, numbers: Numbers) -> bool:
+    """The robot merges what it hears of the area: it is unknown, the goal or, if double, any."""
+    return not belief.known[area] or numbers.double > 0.0 or area == belief.goal
+
+
+@kernel
 def is_useful(belief: Belief, message: Message, numbers: Numbers) -> bool:
-    """The message tells of an area that is unknown here, or headed for (any if double) and of an
-    own p of at least `listens_above` [m]."""
+    """The message tells of an area that is unknown, or that may be merged and whose own p is at
+    least `listens_above` [m]."""
     for area in range(2):
-        if message.told[area]:
-            if not belief.known[area]:
-                return True
-            is_wanted = numbers.double > 0.0 or area == belief.goal
-            if is_wanted and belief.p[area] >= numbers.listens_above:
-                return True
+        is_unsure = not belief.known[area] or belief.p[area] >= numbers.listens_above
+        if message.told[area] and is_unsure and may_merge(belief, area, numbers):
+            return True
     return False
 
 
@@ -106,8 +114,7 @@ def accumulate_message(
     """Add one message to the running means of an exchange, in the receiver's own frame.
 
     The beam is the sender's range [m], its bearing and the bearing back [rad]; its weight is the
-    frames averaged in it. What is heard counts as if its sender had gone `message_path` farther
-    [m].
+    frames averaged in it. `message_path` is added to the heard p [m].
     """
     c, s = cos_sin(belief.pose[2])
     for area in range(2):
@@ -125,7 +132,7 @@ def accumulate_message(
 
 @kernel
 def start_exchange(belief: Belief, ticks: int) -> None:
-    """Begin to average what a new partner tells."""
+    """Clear the means of an exchange with a new partner."""
     belief.exchange_ticks_left = ticks
     belief.range_sum, belief.n_averaged = 0.0, 0.0
     for area in range(2):
@@ -151,7 +158,7 @@ def has_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
 
 @kernel
 def end_in_time(belief: Belief, numbers: Numbers) -> bool:
-    """End an exchange that has lasted its time, and close to its partner; whether it ended."""
+    """End an exchange at the end of its time, and ignore its partner; whether it ended."""
     has_ended = bool(belief.exchange_ticks_left == 0)
     if has_ended:
         remember_partner(belief, int(numbers.refractory_ticks))
@@ -163,7 +170,7 @@ def end_in_time(belief: Belief, numbers: Numbers) -> bool:
 
 @kernel
 def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, go on with or end the exchange of robot i; whether it ended in this tick."""
+    """Start, continue or end the exchange of robot i; whether it ended in this tick."""
     if not has_partner(crowd, i, heard, numbers):
         return False
     belief = crowd[i].belief
@@ -177,37 +184,32 @@ def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> boo
 
 @kernel
 def merge_area(belief: Belief, area: int, g: float, heard_p_share: float) -> None:
-    """Copy what was told of an unknown area; blend what both know.
+    """Copy what was heard of an unknown area; blend what both know.
 
         x_i = (1 - g) x_i + g X_j
         p_i = (1 - g) p_i + share g p_j
 
     Source: TR, Eq. 14, 34, 35, 38 and 39.
     """
-    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
-    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
-    if not belief.known[area]:
+    place, (x, y) = belief.location[area], heard_place(belief, area)
+    if belief.known[area]:
+        place[0], place[1] = (1.0 - g) * place[0] + g * x, (1.0 - g) * place[1] + g * y
+        belief.p[area] = (1.0 - g) * belief.p[area] + heard_p_share * g * belief.heard_p[area]
+    else:
         belief.known[area] = True
-        belief.location[area, 0], belief.location[area, 1] = x, y
+        place[0], place[1] = x, y
         belief.p[area] = belief.heard_p[area]
-        return
-    place = belief.location
-    place[area, 0] = (1.0 - g) * place[area, 0] + g * x
-    place[area, 1] = (1.0 - g) * place[area, 1] + g * y
-    belief.p[area] = (1.0 - g) * belief.p[area] + heard_p_share * g * belief.heard_p[area]
 
 
 @kernel
 def is_merged(belief: Belief, area: int, numbers: Numbers) -> bool:
-    """What was told of the area counts: it is unknown, the goal or, if double, any."""
-    if belief.heard_weight[area] == 0.0:
-        return False
-    return not belief.known[area] or numbers.double > 0.0 or area == belief.goal
+    """The partner told of the area, and the robot merges it."""
+    return belief.heard_weight[area] != 0.0 and may_merge(belief, area, numbers)
 
 
 @kernel
 def merge(mind: SocialMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Merge what the exchange brought, with its weight, into the estimates of both areas."""
+    """Merge what was heard in the exchange, with its weight, into the estimates of both areas."""
     for area in range(2):
         if is_merged(mind.belief, area, numbers):
             merge_area(mind.belief, area, float(mind.exchange.weight[area]), heard_p_share)
@@ -215,10 +217,10 @@ def merge(mind: SocialMind, shared: Array, heard_p_share: float, numbers: Number
 
 @kernel
 def tells_of(belief: Belief, area: int, numbers: Numbers) -> bool:
-    """The robot tells of the area: a known one, under `first_hand` one that it visited itself.
+    """The robot tells of the area: it is known and, under `first_hand`, was visited.
 
-    Who knows both tells of one only while its p is at most `tells_within`; a single filter on its
-    way tells only where it comes from.
+    A robot that knows both areas tells of one only while its p is at most `tells_within`; a single
+    filter on its way tells only where it comes from.
 
     Source: TR, Section 4.1, before Eq. 14, for `first_hand`; TR, Section 6.1.2.
     """
@@ -239,15 +241,18 @@ def has_something_to_say(mind: SocialMind, numbers: Numbers) -> bool:
 
 
 @kernel
+def write_estimate(belief: Belief, area: int, message: Message) -> None:
+    """Write distance, direction and p of an area to the message."""
+    dx, dy = way_to(belief, area)
+    distance, direction = range_and_bearing(dx, dy, belief.pose[2])
+    message.distance[area], message.direction[area] = distance, direction
+    message.p[area] = belief.p[area]
+
+
+@kernel
 def compose(mind: SocialMind, numbers: Numbers) -> None:
     """Write the message: distance, direction and p of every area that the robot tells of."""
-    belief, message = mind.belief, mind.message
     for area in range(2):
-        message.told[area] = tells_of(belief, area, numbers)
-        if message.told[area]:
-            dx = belief.location[area, 0] - belief.pose[0]
-            dy = belief.location[area, 1] - belief.pose[1]
-            distance, direction = range_and_bearing(dx, dy, belief.pose[2])
-            message.distance[area] = distance
-            message.direction[area] = wrap(direction)
-            message.p[area] = belief.p[area]
+        mind.message.told[area] = tells_of(mind.belief, area, numbers)
+        if mind.message.told[area]:
+            write_estimate(mind.belief, area, mind.message)

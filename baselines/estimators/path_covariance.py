@@ -19,6 +19,11 @@ from swarm_forage_env.record import Numbers, field
 XX, XY, YY, XT, YT, TT = range(6)
 N_MOMENTS = 6
 
+Moments = Float64[Array, "6"]
+
+Matrix = tuple[float, float, float]
+"""The symmetric 2 x 2 covariance of a position: xx, xy, yy [m^2]."""
+
 
 class CovarianceBelief(Belief):
     """What a robot believes, and how uncertain its pose has become since each area.
@@ -53,7 +58,7 @@ def error_constant(wheel_noise: float, cruise_speed: float, tick: float) -> floa
 
 
 @kernel
-def propagate(P: Float64[Array, "6"], drho: float, zeta: float) -> None:
+def propagate(P: Moments, drho: float, zeta: float) -> None:
     """The moments P after a step of drho [m] in direction zeta [rad], encoders exact; in place.
 
         P = A P A'
@@ -71,9 +76,7 @@ def propagate(P: Float64[Array, "6"], drho: float, zeta: float) -> None:
 
 
 @kernel
-def add_noise(
-    P: Float64[Array, "6"], drho: float, zeta: float, q_r: float, q_l: float, axle: float
-) -> None:
+def add_noise(P: Moments, drho: float, zeta: float, q_r: float, q_l: float, axle: float) -> None:
     """Add to the moments P what encoders of variance q_r and q_l [m^2] bring, in place.
 
         P = P + W Q W',  Q = diag(q_r, q_l)
@@ -112,7 +115,7 @@ def spectral_norm(xx: float, xy: float, yy: float) -> float:
 
 
 @kernel
-def worst_deviation(P: Float64[Array, "6"]) -> float:
+def worst_deviation(P: Moments) -> float:
     """The standard deviation of the position along the worst direction [m]: p^2 = |P|."""
     return math.sqrt(max(spectral_norm(P[XX], P[XY], P[YY]), 0.0))
 
@@ -121,7 +124,7 @@ def worst_deviation(P: Float64[Array, "6"]) -> float:
 def grow_covariances(
     belief: CovarianceBelief, odometry: Float32[Array, "2"], numbers: Numbers
 ) -> None:
-    """Covariance growth by the step that led to the believed pose; none on the area.
+    """Grow the covariances by the step that led to the believed pose; on an area they are zero.
 
         q_r, q_l = k |drho +- b dtheta / 2|
 
@@ -146,16 +149,12 @@ def grow_covariances(
 def update_belief(
     mind: CovarianceMind, shared: Array, readings: Readings, numbers: Numbers
 ) -> None:
-    """Social odometry's tick, in which the covariances grow."""
+    """Social odometry's tick, with growing covariances."""
     dead_reckon(mind.belief, readings.odometry, numbers.axle)
     find_areas(mind.belief, readings.ground, numbers.to_centre)
     grow_covariances(mind.belief, readings.odometry, numbers)
     notice_loss(mind.belief, readings.odometry, numbers)
     choose_goal(mind.belief)
-
-
-Matrix = tuple[float, float, float]
-"""The symmetric 2 x 2 covariance of a position: xx, xy, yy [m^2]."""
 
 
 @kernel

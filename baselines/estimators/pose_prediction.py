@@ -1,4 +1,4 @@
-"""Prediction and home: what every estimator of a pose does with the robot's own readings.
+"""Prediction and home: every estimator of a pose uses the robot's own readings in this way.
 
 Smith et al. 2021 (BOIDS), Section 2.1.
 """
@@ -8,6 +8,7 @@ import numpy as np
 from baselines.estimators.small_matrices import (
     Matrix3,
     copy3,
+    copy_pose,
     identity3,
     inverse3,
     product3,
@@ -18,7 +19,7 @@ from baselines.estimators.small_matrices import (
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos_sin
-from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.geometry import Pose, wrap
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.records import SPEED, TURN, Exchange, Readings, Situation
 
@@ -29,36 +30,36 @@ START_VARIANCE = 0.1
 class PoseBelief(Record):
     """An estimate of the own pose, world frame."""
 
-    pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    pose: Pose = field(np.float64, 3, unit="m, m, rad")
     """x, y [m] and heading [rad]."""
-    P: Float64[Array, "3 3"] = field(np.float64, 3, 3, start=START_VARIANCE * np.eye(3))
+    P: Matrix3 = field(np.float64, 3, 3, start=START_VARIANCE * np.eye(3))
     """Its covariance."""
     velocity: Float64[Array, "2"] = field(np.float64, 2, unit="m/s")
-    """Velocity of the last tick, by what was measured."""
+    """Measured velocity of the last tick."""
 
 
 class NeighbourMeans(Record):
-    """Means and a sum over the neighbours, by what they believe. Writer: `sum_neighbours`."""
+    """Means and a sum over the neighbours' beliefs. Writer: `sum_neighbours`."""
 
     position: Float64[Array, "2"] = field(np.float64, 2, unit="m")
     """Mean position."""
     velocity: Float64[Array, "2"] = field(np.float64, 2, unit="m/s")
     """Mean velocity."""
     away: Float64[Array, "2"] = field(np.float64, 2, unit="m")
-    """Sum of the ways from them."""
+    """Sum of the displacements from them."""
 
 
 class HomeUpdate(Record):
     """Working space of a correction by a fix at home. Writer: `correct_privately`."""
 
-    innovation: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    innovation: Matrix3 = field(np.float64, 3, 3)
     """P + R."""
-    gain: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    gain: Matrix3 = field(np.float64, 3, 3)
     """K."""
-    rest: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    rest: Matrix3 = field(np.float64, 3, 3)
     """I - K."""
-    half: Float64[Array, "3 3"] = field(np.float64, 3, 3)
-    """Products on the way."""
+    half: Matrix3 = field(np.float64, 3, 3)
+    """Intermediate products."""
 
 
 class PoseMind(Record):
@@ -69,7 +70,7 @@ class PoseMind(Record):
     reckoned: PoseBelief = field(PoseBelief)
     """The estimate without any neighbour: dead reckoning between visits at home."""
     compass: float = field(np.float32, unit="rad")
-    """Heading without error, as read in this tick. Writer: `update_belief`."""
+    """Heading without error in this tick. Writer: `update_belief`."""
     covariance_norm: float = field(np.float64)
     """Spectral norm of the covariance of the estimate. Writer: `update_belief`."""
     neighbours: NeighbourMeans = field(NeighbourMeans)
@@ -80,7 +81,7 @@ class PoseMind(Record):
 
 @kernel
 def step_slopes(along: float, theta: float) -> tuple[float, float]:
-    """Derivatives u, v of a robot's place x, y by its heading, of a step or a sight.
+    """Derivatives u, v of a robot's place x, y by its heading, for a step or a sighting.
 
         F = [1 0 u; 0 1 v; 0 0 1],  u = -V dt sin(theta),  v = V dt cos(theta)
 
@@ -111,7 +112,7 @@ def propagate(P: Matrix3, u: float, v: float) -> None:
 def add_step_noise(
     along: float, theta: float, dt: float, var_speed: float, var_turn: float, P: Matrix3
 ) -> None:
-    """Add what errors of the measured speed and turn rate bring, in place.
+    """Add the covariance of errors of the measured speed and turn rate, in place.
 
         P = P + W diag(s_V^2, s_w^2) W'
         W = [ dt cos(theta)   -V dt^2 sin(theta)
@@ -137,13 +138,13 @@ def add_step_noise(
 
 @kernel
 def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -> None:
-    """Move an estimate by what was measured, and let its covariance grow.
+    """Move an estimate by the measured motion, and grow its covariance.
 
         x = f(x, u)
         P = F P F' + Q
 
-    Q is `add_step_noise`, or, as the authors' code has it, diag(s_V, s_V, s_w): deviations in
-    the place of variances, and no time step.
+    Q is `add_step_noise` or, in the authors' code, diag(s_V, s_V, s_w): deviations instead of
+    variances, and no time step.
 
     Source: BOIDS, Eq. 2 and 6.
     """
@@ -168,21 +169,9 @@ def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -
 
 @kernel
 def tell(belief: PoseBelief, out_said: PoseBelief) -> None:
-    """Tell the neighbours where the robot believes it is, and how surely."""
+    """Write the estimate, with its covariance, for the neighbours."""
     copy3(belief.P, out_said.P)
-    for a in range(3):
-        out_said.pose[a] = belief.pose[a]
-
-
-@kernel
-def start_again(belief: PoseBelief, home_fix: Float32[Array, "3"], variance: float) -> None:
-    """Take the fix at home for the estimate, and start from P = variance I again.
-
-    Source: BOIDS, authors' code (0.1); cross-covariances are left as they are.
-    """
-    identity3(variance, belief.P)
-    for a in range(3):
-        belief.pose[a] = home_fix[a]
+    copy_pose(belief.pose, out_said.pose)
 
 
 @kernel
@@ -223,17 +212,24 @@ def correct_privately(
 
 @kernel
 def visit_home(belief: PoseBelief, readings: Readings, work: HomeUpdate, numbers: Numbers) -> None:
-    """Use the fix of a robot at home: the authors start again, a filter corrects itself."""
-    if readings.at_home:
-        if numbers.authors > 0.0:
-            start_again(belief, readings.home_fix, START_VARIANCE)
-        else:
-            correct_privately(belief, readings.home_fix, numbers.home_variance, work)
+    """Use the fix of a robot at home: a correction or, in the authors' code, a new start.
+
+    Cross-covariances are left as they are.
+
+    Source: BOIDS, authors' code, for the new start (0.1).
+    """
+    if not readings.at_home:
+        return
+    if numbers.authors > 0.0:
+        identity3(START_VARIANCE, belief.P)
+        copy_pose(readings.home_fix, belief.pose)
+    else:
+        correct_privately(belief, readings.home_fix, numbers.home_variance, work)
 
 
 @kernel
 def reckon(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
-    """Go on with dead reckoning, which knows home and no neighbour; read the compass."""
+    """Continue dead reckoning, which knows home and no neighbour; read the compass."""
     predict(mind.reckoned, readings.motion, numbers)
     visit_home(mind.reckoned, readings, mind.home, numbers)
     mind.compass = readings.compass
@@ -241,7 +237,7 @@ def reckon(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
 
 @kernel
 def take_in_alone(mind: PoseMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
-    """Go on by the robot's own readings, of an estimate that keeps nothing of other robots."""
+    """Update an estimate by the robot's own readings, without memory of other robots."""
     reckon(mind, readings, numbers)
     predict(mind.belief, readings.motion, numbers)
     visit_home(mind.belief, readings, mind.home, numbers)

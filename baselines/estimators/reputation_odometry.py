@@ -25,10 +25,9 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, NOWHERE
-from baselines.estimators.message_exchange import is_merged, merge_area
+from baselines.estimators.message_exchange import heard_place, is_merged, merge_area
 from baselines.estimators.sceptical_odometry import (
     ScepticalBelief,
     ScepticalMind,
@@ -36,13 +35,13 @@ from baselines.estimators.sceptical_odometry import (
     is_confirmed,
     listen,
 )
+from baselines.estimators.social_odometry import update_belief as update_social_belief
 from swarm_forage_env.arrays import Array, Float32, Int8
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.differential_drive import path_length
 from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.foraging.records import Exchange
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import NotNegative
 from swarm_forage_env.record import Numbers, Record, field
@@ -51,18 +50,18 @@ NEVER = -1.0
 
 
 class Reputation(Record):
-    """What a robot remembers of every other one. Writer: `reputation_odometry`."""
+    """A robot's memory of every other one. Writer: `reputation_odometry`."""
 
     right: Float32[Array, " robots"] = field(np.float32, "robots")
-    """How often what it told turned out right."""
+    """Its messages that turned out right."""
     wrong: Float32[Array, " robots"] = field(np.float32, "robots")
-    """How often it turned out wrong."""
+    """Its messages that turned out wrong."""
     place: Float32[Array, "robots areas 2"] = field(np.float32, "robots", 2, 2, unit="m")
-    """Where it placed each area last, own frame."""
+    """Place of each area as it told last, own frame."""
     told_at: Float32[Array, "robots areas"] = field(np.float32, "robots", 2, unit="m", start=NEVER)
-    """Path that the robot itself had travelled then; NEVER if it told nothing."""
+    """The robot's path at that time; NEVER if it told nothing."""
     is_open: Int8[Array, "robots areas"] = field(np.int8, "robots", 2)
-    """Whether it was right was not found out yet."""
+    """Its message was not judged yet."""
     path: float = field(np.float64, unit="m")
     """Path that the robot itself has travelled."""
 
@@ -75,7 +74,7 @@ class ReputationMind(ScepticalMind):
 
 @kernel
 def trust(reputation: Reputation, other: int) -> float:
-    """The expected share of truths among what another robot tells.
+    """The expected share of truths in the messages of another robot.
 
         (r + 1) / (r + s + 2)
 
@@ -143,8 +142,7 @@ def judge_by_loss(
 def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
     """Remember what the exchange brought of an area; judge it at once if the robot is sure."""
     belief, reputation, other = mind.belief, mind.reputation, mind.belief.last_partner
-    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
-    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    x, y = heard_place(belief, area)
     reputation.place[other, area, 0], reputation.place[other, area, 1] = x, y
     reputation.told_at[other, area] = reputation.path
     reputation.is_open[other, area] = True
@@ -156,15 +154,14 @@ def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
 
 @kernel
 def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
-    """Write to the exchange what the robot remembers of its partner, and of who told the same."""
+    """Write to the exchange the reputations of the partner, and of who told the same or another."""
     belief, reputation, exchange = mind.belief, mind.reputation, mind.exchange
     partner = belief.last_partner
     exchange.right, exchange.wrong = reputation.right[partner], reputation.wrong[partner]
     for area in range(2):
         support, suspicion, dissent = 0.0, 0.0, 0.0
         if belief.heard_weight[area] > 0.0:
-            x = belief.heard_sum[area, 0] / belief.heard_weight[area]
-            y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+            x, y = heard_place(belief, area)
             for other in range(reputation.is_open.shape[0]):
                 if path_since(reputation, other, area) > numbers.remembers_within:
                     continue
@@ -180,30 +177,27 @@ def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
 
 
 COPIED_FROM = 0.5
-"""Weight from which on the place of an area that the robot does not know is copied."""
+"""Least weight with which the place of an unknown area is copied."""
 
 
 @kernel
 def update_belief(
     mind: ReputationMind, shared: Array, readings: Readings, numbers: Numbers
 ) -> None:
-    """As social odometry; and judge by what the robot found or did not find."""
+    """Social odometry's tick, and a judgement by the area that was found or not found."""
     belief, odometry = mind.belief, readings.odometry
     before, goal = belief.on_area, belief.goal
     mind.reputation.path += path_length(float(odometry[0]), float(odometry[1]), numbers.axle)
-    dead_reckon(belief, odometry, numbers.axle)
-    find_areas(belief, readings.ground, numbers.to_centre)
-    notice_loss(belief, odometry, numbers)
+    update_social_belief(mind, shared, readings, numbers)
     if belief.on_area != NOWHERE and belief.on_area != before:
         judge_by_area(mind.reputation, belief, belief.on_area, numbers)
     if belief.is_lost:
         judge_by_loss(mind.reputation, belief, goal, numbers)
-    choose_goal(belief)
 
 
 @kernel
 def listen_and_remember(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, go on with or end the exchange of robot i; of one that ended see who told what."""
+    """Start, continue or end the exchange of robot i, and remember what was told in it."""
     has_ended = listen(crowd, i, heard, numbers)
     if has_ended:
         describe_teller(crowd[i], numbers)
@@ -216,14 +210,13 @@ def listen_and_remember(crowd: Array, i: int, heard: Heard, numbers: Numbers) ->
 @kernel
 def is_asked(exchange: Exchange, area: int, numbers: Numbers) -> bool:
     """The weighting is asked about the area: both robots know it, or the partner alone does."""
-    if exchange.own_known[area]:
-        return bool(exchange.heard_known[area])
-    return bool(exchange.heard_known[area]) and numbers.weighs_unknown > 0.0
+    is_weighed = exchange.own_known[area] or numbers.weighs_unknown > 0.0
+    return bool(exchange.heard_known[area]) and bool(is_weighed)
 
 
 @kernel
 def is_copied(mind: ReputationMind, area: int, numbers: Numbers) -> bool:
-    """What was told of an area that the robot does not know is taken over."""
+    """What was heard of an unknown area is copied."""
     if numbers.weighs_unknown > 0.0:
         return bool(mind.exchange.weight[area] >= COPIED_FROM)
     return is_confirmed(mind.belief, area, numbers.agreement)
@@ -231,7 +224,7 @@ def is_copied(mind: ReputationMind, area: int, numbers: Numbers) -> bool:
 
 @kernel
 def merge(mind: ReputationMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Blend what was told of known areas; copy what is believed of unknown ones."""
+    """Blend what was heard of known areas; copy the trusted places of unknown ones."""
     belief = mind.belief
     for area in range(2):
         if not is_merged(belief, area, numbers):
@@ -273,8 +266,3 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
     remembers_within: NotNegative = Field(
         12.0, description="What was told is remembered for this path [m] (chosen)"
     )
-
-    def numbers(self, scenario: Scenario) -> dict[str, float]:
-        """The parameters as kernels read them."""
-        own = self.model_dump(include=set(ReputationOdometryParameters.__annotations__))
-        return {**super().numbers(scenario), **own}

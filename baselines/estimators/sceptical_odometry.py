@@ -21,23 +21,27 @@ from pydantic import Field
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, Belief, SocialMind
-from baselines.estimators.message_exchange import is_merged, merge_area, update_exchange
+from baselines.estimators.message_exchange import (
+    heard_place,
+    is_merged,
+    merge_area,
+    update_exchange,
+)
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.equations.elementary import hypot
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import NotNegative
 from swarm_forage_env.record import Numbers, field
 
 
 class ScepticalBelief(Belief):
-    """What a robot believes, and what it was told that nobody confirmed yet."""
+    """What a robot believes, and the places that wait for a second witness."""
 
     pending: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
-    """Place of each area that was told last while the robot did not know it, own frame."""
+    """Place of each unknown area as told last, own frame."""
     pending_from: Int32[Array, " areas"] = field(np.int32, 2, start=NOBODY)
     """Who told it; NOBODY if nothing is pending."""
     last_partner: int = field(np.int32, start=NOBODY)
@@ -52,7 +56,7 @@ class ScepticalMind(SocialMind):
 
 @kernel
 def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, go on with or end the exchange of robot i, and remember with whom."""
+    """Start, continue or end the exchange of robot i, and remember with whom; whether it ended."""
     belief = crowd[i].belief
     has_ended = update_exchange(crowd, i, heard, numbers)
     if belief.partner != NOBODY:
@@ -62,12 +66,11 @@ def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
 
 @kernel
 def is_confirmed(belief: ScepticalBelief, area: int, agreement: float) -> bool:
-    """Another robot told the place of an area that the exchange brought; if not, it is pending now.
+    """A second robot told of the heard place of an area; if none did, the place is pending now.
 
     Source: VanCalck2023.
     """
-    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
-    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    x, y = heard_place(belief, area)
     apart = hypot(x - belief.pending[area, 0], y - belief.pending[area, 1])
     witness = belief.pending_from[area]
     belief.pending[area, 0], belief.pending[area, 1] = x, y
@@ -77,7 +80,7 @@ def is_confirmed(belief: ScepticalBelief, area: int, agreement: float) -> bool:
 
 @kernel
 def merge(mind: ScepticalMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Blend what was told of known areas; copy what two robots told of unknown ones."""
+    """Blend what was heard of known areas; copy what two robots told of unknown ones."""
     belief = mind.belief
     for area in range(2):
         if not is_merged(belief, area, numbers):
@@ -98,7 +101,3 @@ class ScepticalOdometryParameters(SocialOdometryParameters):
         0.3,
         description="Two robots agree that place an area within this of each other [m] (chosen)",
     )
-
-    def numbers(self, scenario: Scenario) -> dict[str, float]:
-        """The parameters as kernels read them."""
-        return {**super().numbers(scenario), "agreement": self.agreement}

@@ -5,7 +5,7 @@ Gutierrez et al. 2009 (TR), Sections 3.3 and 4.2.
 Not in the paper, and chosen here:
 - the norm is that of the position's 2 x 2 block: the pose's 3 x 3 matrix mixes metres and
   radians;
-- layers and messages are shown the root of the norm, the standard deviation [m] in the worst
+- in layers and messages p is the root of the norm, the standard deviation [m] in the worst
   direction, so that p is a length as in every other controller;
 - the error constants match the encoders of the scenario at the cruise speed;
 - after an exchange the whole matrix is scaled by 1 - g, so that its norm follows Eq. 35;
@@ -42,9 +42,9 @@ from swarm_forage_env.record import Numbers
 
 @kernel
 def scale_covariance(belief: CovarianceBelief, area: int, kept: float) -> float:
-    """Scale the covariance of an area by what is kept of it, in place; p afterwards [m].
+    """Scale the covariance of an area by `kept` = 1 - g, in place; p afterwards [m].
 
-    P_i = (1 - g) P_i, hence |P_i| = (1 - g) |P_i|
+        P_i = (1 - g) P_i, hence |P_i| = (1 - g) |P_i|
 
     Source: TR, Eq. 35.
     """
@@ -55,7 +55,7 @@ def scale_covariance(belief: CovarianceBelief, area: int, kept: float) -> float:
 
 @kernel
 def copy_norm(belief: CovarianceBelief, area: int) -> float:
-    """Copy the norm that was told of an unknown area, in place: P = |P_j| I; p afterwards [m]."""
+    """Copy the heard norm of an unknown area, in place: P = |P_j| I; p afterwards [m]."""
     for moment in range(N_MOMENTS):
         belief.moments[area, moment] = 0.0
     p = belief.heard_p[area]
@@ -84,15 +84,16 @@ def merge(mind: CovarianceMind, shared: Array, heard_p_share: float, numbers: Nu
 
 
 class CovarianceFilterParameters(SocialOdometryParameters):
-    """What social odometry leaves open, where p is no path but a standard deviation."""
+    """Social odometry in which p is a standard deviation instead of a path."""
 
     mind = CovarianceMind
     kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "update_belief": update_belief}
 
     @model_validator(mode="after")
     def _no_path(self) -> Self:
-        for name in ("message_path", "tells_within", "listens_above"):
-            if getattr(self, name):
+        paths = self.model_dump(include={"message_path", "tells_within", "listens_above"})
+        for name, path in paths.items():
+            if path:
                 raise ValueError(
                     f"{name}: is a path, and this estimator tells covariances; use it with"
                     " social_odometry, as in ssgiff"

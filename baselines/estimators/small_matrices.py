@@ -8,11 +8,12 @@ import math
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import acos, cos
+from swarm_forage_env.equations.geometry import Pose
 
 Matrix3 = Float64[Array, "3 3"]
 
 TINY = 1e-100
-"""A spread of eigenvalues below this is none: its cube is no number any more."""
+"""Least spread of eigenvalues: the cube of a smaller one underflows."""
 
 
 @kernel
@@ -29,6 +30,21 @@ def copy3(A: Matrix3, out: Matrix3) -> None:
     for a in range(3):
         for b in range(3):
             out[a, b] = A[a, b]
+
+
+@kernel
+def transpose3(A: Matrix3, out: Matrix3) -> None:
+    """A'."""
+    for a in range(3):
+        for b in range(3):
+            out[a, b] = A[b, a]
+
+
+@kernel
+def copy_pose(pose: Pose, out: Pose) -> None:
+    """A pose, written out as `copy3`."""
+    for a in range(3):
+        out[a] = pose[a]
 
 
 @kernel

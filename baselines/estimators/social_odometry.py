@@ -13,9 +13,9 @@ Not in the paper, and chosen here:
 - the point stored on entering an area is its centre, if the robot was heading there;
 - how near to the believed centre is "there", and how far it then looks on, before it is lost;
 - a robot that just got lost ignores messages for `deaf_when_lost`;
-- optionally, a message costs precision (`message_path`), who is on its way and too unsure of an
-  area does not tell of it (`tells_within`), which ends rumours, and who is sure of an area does
-  not stop for what is told of it (`listens_above`); in the papers none of these;
+- optionally, a message costs precision (`message_path`), a robot on its way does not tell of an
+  area that it is unsure of (`tells_within`), which ends rumours, and does not stop for an area that
+  it is sure of (`listens_above`); in the papers none of these;
 - a robot that was told of an area without having visited any heads for the nearer one.
 """
 
@@ -25,13 +25,20 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
+from baselines.estimators.area_memory import (
+    choose_goal,
+    dead_reckon,
+    find_areas,
+    notice_loss,
+    way_to,
+)
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, SocialMind
 from baselines.estimators.falsified_messages import falsify, repeat
 from baselines.estimators.message_exchange import (
     compose,
     has_something_to_say,
+    heard_place,
     is_listening,
     merge,
     update_exchange,
@@ -54,9 +61,9 @@ from swarm_forage_env.record import Numbers, Record
 
 @kernel
 def describe_situation(belief: Belief, situation: Situation) -> None:
-    """Areas and target in the body frame; zeros for what is unknown.
+    """Write areas and target in the body frame; zeros for what is unknown.
 
-    At the place where the area should be, the target is the rest of the way straight on.
+    During the search at the believed place, the target is the rest of the way straight on.
     """
     c = s = 0.0
     if belief.known[0] or belief.known[1]:
@@ -64,8 +71,7 @@ def describe_situation(belief: Belief, situation: Situation) -> None:
     for area in range(2):
         ahead = left = p = 0.0
         if belief.known[area]:
-            dx = belief.location[area, 0] - belief.pose[0]
-            dy = belief.location[area, 1] - belief.pose[1]
+            dx, dy = way_to(belief, area)
             ahead, left = to_body(dx, dy, c, s)
             p = belief.p[area]
         situation.areas[area, 0], situation.areas[area, 1] = ahead, left
@@ -83,11 +89,10 @@ def describe_situation(belief: Belief, situation: Situation) -> None:
 
 @kernel
 def describe_own_side(belief: Belief, area: int, exchange: Exchange) -> None:
-    """What the robot itself knows of an area; zeros for what is unknown."""
+    """Write the robot's own knowledge of an area; zeros if it is unknown."""
     p = distance = 0.0
     if belief.known[area]:
-        dx = belief.location[area, 0] - belief.pose[0]
-        dy = belief.location[area, 1] - belief.pose[1]
+        dx, dy = way_to(belief, area)
         p, distance = belief.p[area], hypot(dx, dy)
     exchange.own_known[area] = belief.known[area]
     exchange.own_p[area], exchange.own_distance[area] = p, distance
@@ -95,12 +100,11 @@ def describe_own_side(belief: Belief, area: int, exchange: Exchange) -> None:
 
 @kernel
 def describe_heard_side(belief: Belief, area: int, exchange: Exchange) -> None:
-    """What the partner told of an area, and how far apart both place it; zeros if nothing."""
+    """Write what the partner told of an area, and the disagreement; zeros if it told nothing."""
     p = distance = apart = 0.0
     is_told = belief.heard_weight[area] > 0.0
     if is_told:
-        x = belief.heard_sum[area, 0] / belief.heard_weight[area]
-        y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+        x, y = heard_place(belief, area)
         p, distance = belief.heard_p[area], hypot(x - belief.pose[0], y - belief.pose[1])
         if belief.known[area]:
             apart = hypot(x - belief.location[area, 0], y - belief.location[area, 1])
@@ -111,7 +115,7 @@ def describe_heard_side(belief: Belief, area: int, exchange: Exchange) -> None:
 
 @kernel
 def describe_exchange(belief: Belief, exchange: Exchange) -> None:
-    """The exchange that just ended, before it is merged."""
+    """Describe the exchange that just ended, before it is merged."""
     for area in range(2):
         describe_own_side(belief, area, exchange)
         describe_heard_side(belief, area, exchange)
@@ -122,7 +126,7 @@ def describe_exchange(belief: Belief, exchange: Exchange) -> None:
 
 @kernel
 def describe(mind: SocialMind, report: Report) -> None:
-    """Fill the inputs of both layers, and the report; of an exchange only if one ended."""
+    """Write the inputs of both layers, and the report; of an exchange only if one ended."""
     belief = mind.belief
     if mind.exchange.is_valid:
         describe_exchange(belief, mind.exchange)
@@ -213,17 +217,11 @@ class SocialOdometryParameters(Part):
         return EstimatorLayer(self.mind, numbers, self.kernels, observe_world, own_weighting=own)
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
-        """The parameters as kernels read them, times in ticks."""
-        tick = scenario.tick
-        return {
-            "speaks": self.speaks,
-            "double": self.double,
-            "first_hand": self.first_hand,
-            "message_path": self.message_path,
+        """The parameters as kernels read them, those of subclasses included; times in ticks."""
+        tick, times = scenario.tick, ("refractory", "pause", "deaf_when_lost")
+        own = {name: each for name, each in self if isinstance(each, int | float)}
+        return {name: each for name, each in own.items() if name not in times} | {
             "tells_within": self.tells_within or math.inf,
-            "listens_above": self.listens_above,
-            "lost_within": self.lost_within,
-            "overshoot": self.overshoot,
             "talk_ticks": max(1, round(scenario.radio.exchange_time / tick)),
             "refractory_ticks": round(self.refractory / tick),
             "pause_ticks": round(self.pause / tick),

@@ -2,10 +2,10 @@
 
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 
-Not in the paper, and as the authors' code has it: every rule seeks its direction from the
-present velocity (`seek`); the sum is a pull at full strength; a robot that has just claimed its
-goal goes by the other rules until it has a new one; gains are not clamped, so that they turn
-negative where a stimulus exceeds its allowed value. Robots that visit waypoints are commanded an
+Not in the paper, and as in the authors' code: every rule seeks its direction from the present
+velocity (`seek`); the sum is a pull at full strength; a robot that has just claimed its goal
+follows the other rules until it has a new one; gains are not clamped, so that they turn negative
+where a stimulus exceeds its allowed value. Robots that visit waypoints are commanded an
 acceleration; e-pucks are steered by `boids_foraging`.
 """
 
@@ -16,10 +16,8 @@ from pydantic import Field
 
 from baselines.motion import boids_foraging
 from baselines.motion.base import MOTIONS
-from baselines.motion.flock import GOAL, N_RULES, adaptive_gains, sum_of_rules
-from swarm_forage_env.arrays import Array, Float32, Float64
+from baselines.motion.flock import GOAL, Gains, Vector, choose_gains, sum_of_rules
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import NotNegative, Part, Positive
@@ -27,44 +25,28 @@ from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.records import Readings, Situation
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
+STATIC = "of static gains. BOIDS, authors' code (code)"
 
-class Gains(Record):
-    """What boids keep of a robot: the gains of its rules. Writer: `choose_gains`."""
 
-    gains: Float64[Array, "5"] = field(np.float64, 5)
+class FlockMemory(Record):
+    """What boids keep of a robot: the gains of its rules. Writer: `steer`."""
+
+    gains: Gains = field(np.float64, 5)
     """Of alignment, separation, cohesion, home and goal."""
 
 
 @kernel
-def choose_gains(situation: Situation, numbers: Numbers, out_gains: Float64[Array, "5"]) -> None:
-    """The fixed gains, or those that adapt; none for a goal that is claimed already."""
-    if numbers.adaptive > 0.0:
-        goal, home = situation.goal, situation.home
-        d_g = hypot(goal[0], goal[1]) / numbers.side
-        d_h = hypot(home[0], home[1]) / numbers.side
-        adaptive_gains(
-            situation.density, situation.covariance_norm, situation.dead_reckoning_offset,
-            d_g, d_h, out_gains,
-        )  # fmt: skip
-    else:
-        for rule in range(N_RULES):
-            out_gains[rule] = numbers.fixed[rule]
-    if situation.has_arrived:
-        out_gains[GOAL] = 0.0
-
-
-@kernel
 def steer(
-    situation: Situation,
-    readings: Readings,
-    acceleration: Float32[Array, "2"],
-    memory: Gains,
+    situation: Situation, readings: Readings, acceleration: Vector, memory: FlockMemory,
     numbers: Numbers,
-) -> None:
-    """The acceleration by all rules, in the body frame."""
-    choose_gains(situation, numbers, memory.gains)
+) -> None:  # fmt: skip
+    """Write the acceleration by all rules, in the body frame; no gain for a goal just claimed."""
     s = situation
     ways = (s.alignment, s.separation, s.centre, s.home, s.goal)
+    stimuli = (s.density, s.covariance_norm, s.dead_reckoning_offset)
+    choose_gains(ways, stimuli, numbers, memory.gains)
+    if s.has_arrived:
+        memory.gains[GOAL] = 0.0
     x, y = sum_of_rules(memory.gains, ways, s.velocity, numbers.max_speed)
     acceleration[0], acceleration[1] = x, y
 
@@ -77,19 +59,11 @@ class BoidsParameters(Part):
     gains: Literal["goal", "static", "adaptive"] = Field(
         "adaptive", description="Goal alone, the fixed gains below, or those of Eq. 33-37"
     )
-    alignment: NotNegative = Field(
-        1.0, description="K_a of static gains. BOIDS, authors' code (code)"
-    )
-    separation: NotNegative = Field(
-        1.0, description="K_s of static gains. BOIDS, authors' code (code)"
-    )
-    cohesion: NotNegative = Field(
-        1.0, description="K_c of static gains. BOIDS, authors' code (code)"
-    )
-    homing: NotNegative = Field(1.0, description="K_h of static gains. BOIDS, authors' code (code)")
-    seeking: NotNegative = Field(
-        1.0, description="K_g of static gains. BOIDS, authors' code (code)"
-    )
+    alignment: NotNegative = Field(1.0, description=f"K_a {STATIC}")
+    separation: NotNegative = Field(1.0, description=f"K_s {STATIC}")
+    cohesion: NotNegative = Field(1.0, description=f"K_c {STATIC}")
+    homing: NotNegative = Field(1.0, description=f"K_h {STATIC}")
+    seeking: NotNegative = Field(1.0, description=f"K_g {STATIC}")
     trust: Positive = Field(
         10.0,
         description="Where robots forage, p of the goal at which nothing is trusted any more: a"
@@ -109,8 +83,8 @@ class BoidsParameters(Part):
             return boids_foraging.layer(self, scenario)
         numbers = {
             "adaptive": self.gains == "adaptive",
-            "fixed": self.fixed,
+            "gains": self.fixed,
             "side": scenario.task.side,
             "max_speed": scenario.robot.max_speed,
         }
-        return MotionLayer(steer, numbers, Gains)
+        return MotionLayer(steer, numbers, FlockMemory)

@@ -3,13 +3,13 @@
 Smith et al. 2021 (BOIDS), Section 3, over Gutierrez et al. 2009 (TR), Section 5.1.
 
 Not in the papers, and chosen here:
-- talking, avoiding and the random walk of `subsumption` stay as they are; the rules take the
-  place of the straight way to the goal;
+- talking, avoiding and the random walk of `subsumption` stay as they are; the rules replace the
+  straight way to the goal;
 - neighbours are the senders heard in this tick, in the direction and distance of their beams;
   which way they go follows from the bearings at both ends;
 - home is the nest, as far as it is known; the length of the world is the arena's longer side;
-- the stimulus of the covariance is p of the goal, as a share of `trust`; nothing tells an e-puck
-  how far it is from dead reckoning, so that e = 0.
+- the stimulus of the covariance is p of the goal, as a share of `trust`; an e-puck cannot measure
+  its distance from dead reckoning, so that e = 0.
 """
 
 import math
@@ -17,14 +17,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from baselines.motion.flock import ALIGN, COHERE, GOAL, HOME, SEPARATE, choose_gains, sum_of_rules
+from baselines.motion.flock import (
+    ALIGN,
+    COHERE,
+    GOAL,
+    HOME,
+    SEPARATE,
+    Gains,
+    Vector,
+    choose_gains,
+    sum_of_rules,
+)
 from baselines.motion.subsumption import (
     WHERE_A_LEARNER_STEERS,
     Course,
     SubsumptionParameters,
     subsume,
 )
-from swarm_forage_env.arrays import NEST, Array, Float32, Float64
+from swarm_forage_env.arrays import NEST, Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.elementary import cos_sin
@@ -39,24 +49,24 @@ if TYPE_CHECKING:
 
 
 class FlockCourse(Course):
-    """What boids keep of a robot: its course, and the quantities of one tick. Writer: `steer`."""
+    """A robot's course, and the quantities of one tick of boids. Writer: `steer`."""
 
     ways: Float32[Array, "5 2"] = field(np.float32, 5, 2, unit="m")
     """Where each rule points, body frame: flow, away from the neighbours, their centre, home,
     goal."""
     stimuli: Float32[Array, "3"] = field(np.float32, 3)
     """Robots heard, p of the goal, distance from dead reckoning: each as a share of the most."""
-    gains: Float64[Array, "5"] = field(np.float64, 5)
+    gains: Gains = field(np.float64, 5)
     """Gain of each rule."""
-    velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s")
+    velocity: Vector = field(np.float32, 2, unit="m/s")
     """Of the robot, body frame."""
-    pull: Float32[Array, "2"] = field(np.float32, 2)
-    """Unit vector in which the rules pull the robot, body frame; or zeros."""
+    pull: Vector = field(np.float32, 2)
+    """Unit vector of the pull of all rules, body frame; or zeros."""
 
 
 @kernel
 def see_neighbours(heard: Heard, ways: Float32[Array, "5 2"]) -> None:
-    """The ways of the rules that go by the neighbours heard: flow, separation, cohesion.
+    """Write the ways of the rules of the neighbours heard: flow, separation, cohesion.
 
     Source: BOIDS, Eq. 21 to 23, of what an e-puck hears.
     """
@@ -79,7 +89,7 @@ def see_neighbours(heard: Heard, ways: Float32[Array, "5 2"]) -> None:
 
 @kernel
 def feel(situation: Situation, heard: Heard, course: FlockCourse, numbers: Numbers) -> None:
-    """The ways of all rules and the stimuli (rho, s, e) of a robot that forages.
+    """Write the ways of all rules and the stimuli (rho, s, e) of a robot that forages.
 
     Source: BOIDS, Section 4, of what an e-puck hears.
     """
@@ -99,11 +109,11 @@ def steer(
     situation: Situation,
     readings: Readings,
     heard: Heard,
-    wheels: Float32[Array, "2"],
+    wheels: Vector,
     course: FlockCourse,
     numbers: Numbers,
 ) -> None:
-    """Subsumption on the way in which the rules pull; `wheels` are the last, and the next."""
+    """Subsumption with the pull of the rules as target; `wheels` are the last, and the next."""
     feel(situation, heard, course, numbers)
     mean = (wheels[0] + wheels[1]) * np.float32(0.5)
     course.velocity[0] = np.float32(numbers.max_speed) * mean

@@ -14,10 +14,21 @@ ALIGN, SEPARATE, COHERE, HOME, GOAL = range(5)
 
 N_RULES = 5
 
+Vector = Float32[Array, "2"]
+
+Ways = Float32[Array, "5 2"] | tuple[Vector, Vector, Vector, Vector, Vector]
+"""Where each rule points, body frame."""
+
+Gains = Float64[Array, "5"]
+"""The gain of each rule."""
+
+Stimuli = Float32[Array, "3"] | tuple[float, float, float]
+"""Robots seen, uncertainty and distance from dead reckoning: each as a share of the highest."""
+
 
 @kernel
 def adaptive_gains(
-    rho: float, s: float, e: float, d_g: float, d_h: float, out_gains: Float64[Array, "5"]
+    rho: float, s: float, e: float, d_g: float, d_h: float, out_gains: Gains
 ) -> None:
     """The gains for the stimuli of a robot.
 
@@ -41,16 +52,11 @@ def adaptive_gains(
 
 
 @kernel
-def choose_gains(
-    ways: Float32[Array, "5 2"],
-    stimuli: Float32[Array, "3"],
-    numbers: Numbers,
-    out_gains: Float64[Array, "5"],
-) -> None:
-    """The fixed gains or, if `adaptive`, those for the stimuli (rho, s, e) and the ways."""
+def choose_gains(ways: Ways, stimuli: Stimuli, numbers: Numbers, out_gains: Gains) -> None:
+    """Write the fixed gains or, if `adaptive`, those for the stimuli (rho, s, e) and the ways."""
     if numbers.adaptive > 0.0:
-        d_g = hypot(ways[GOAL, 0], ways[GOAL, 1]) / numbers.side
-        d_h = hypot(ways[HOME, 0], ways[HOME, 1]) / numbers.side
+        goal, home = ways[GOAL], ways[HOME]
+        d_g, d_h = hypot(goal[0], goal[1]) / numbers.side, hypot(home[0], home[1]) / numbers.side
         adaptive_gains(stimuli[0], stimuli[1], stimuli[2], d_g, d_h, out_gains)
     else:
         for rule in range(N_RULES):
@@ -59,10 +65,7 @@ def choose_gains(
 
 @kernel
 def sum_of_rules(
-    gains: Float64[Array, "5"],
-    ways: Float32[Array, "5 2"] | tuple[Float32[Array, "2"], ...],
-    velocity: Float32[Array, "2"],
-    max_speed: float,
+    gains: Gains, ways: Ways, velocity: Vector, max_speed: float
 ) -> tuple[float, float]:
     """The direction in which all rules together pull a robot: a unit vector, or zeros.
 

@@ -1,12 +1,12 @@
-"""Gathering: a robot wanders, stops on black floor, and leaves the less the more robots are near.
+"""Gathering: a robot wanders, stops on black floor, and leaves less often near more robots.
 
 Francesca et al. 2014, AutoMoDe: a novel approach to the automatic design of control software for
 robot swarms (Swarm Intelligence 8), for the states, exploration and stop, and for transitions by
 the colour of the floor and the number of neighbours. Garnier et al. 2008, Artificial Life 14, on
-micro-robots that gather as cockroaches do, for leaving the less the more neighbours there are.
+micro-robots that gather as cockroaches do, for leaving less often with more neighbours.
 
-Not in the papers, and chosen here: the chances, the law by which they fall, and that the neighbours
-are the robots heard in the last tick. Exploration is that of subsumption.
+Not in the papers, and chosen here: the probabilities, the law by which they fall, and that the
+neighbours are the robots heard in the last tick. Exploration is that of subsumption.
 """
 
 from typing import ClassVar
@@ -19,16 +19,15 @@ from baselines.motion.subsumption import (
     KEEP_RIGHT,
     Course,
     SubsumptionParameters,
+    Wheels,
     avoid,
+    head_for,
     wander,
 )
-from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import NoSituation
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.epuck.scenario import EpuckScenario
-from swarm_forage_env.equations.differential_drive import wheels_towards
-from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.random_draws import unit
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import Share
@@ -46,21 +45,19 @@ class GatheringCourse(Course):
 
 @kernel
 def chance_to_leave(n_near: int, alone: float) -> float:
-    """How likely a robot leaves a black floor in a tick: alone / (1 + n)^2, n robots being near."""
+    """The probability to leave black floor in a tick, with n robots near: alone / (1 + n)^2."""
     return alone / ((1.0 + n_near) * (1.0 + n_near))
 
 
 @kernel
-def explore(readings: Readings, course: Course, numbers: Numbers) -> tuple[float, float]:
-    """The wheels of a robot that wanders and avoids obstacles, as in subsumption."""
+def explore(readings: Readings, wheels: Wheels, course: Course, numbers: Numbers) -> None:
+    """Wander and avoid obstacles, as in subsumption."""
     creep = 0.0
     if avoid(course, readings, numbers, KEEP_RIGHT):
         creep = numbers.creep
     else:
         wander(course, numbers)
-    left, right = wheels_towards(course.turn, creep)
-    course.turn = wrap(course.turn - 0.5 * (right - left) * numbers.turn_per_tick)
-    return left, right
+    head_for(course.turn, creep, wheels, course, numbers)
 
 
 @kernel
@@ -68,20 +65,20 @@ def steer(
     situation: NoSituation,
     readings: Readings,
     heard: Heard,
-    wheels: Float32[Array, "2"],
+    wheels: Wheels,
     course: GatheringCourse,
     numbers: Numbers,
 ) -> None:
-    """Stop or go on, as the floor and the neighbours say. Source: Francesca2014, Garnier2008."""
+    """Stop or explore, by the floor and the neighbours. Source: Francesca2014, Garnier2008."""
     if readings.ground[1] > BLACK_BELOW:
         course.has_stopped = False
     elif course.has_stopped:
         course.has_stopped = unit(course.stream, 0) >= chance_to_leave(heard.n, numbers.leave)
     else:
         course.has_stopped = unit(course.stream, 0) < numbers.stop
-    wheels[0], wheels[1] = 0.0, 0.0
+    wheels[0] = wheels[1] = 0.0
     if not course.has_stopped:
-        wheels[0], wheels[1] = explore(readings, course, numbers)
+        explore(readings, wheels, course, numbers)
 
 
 @MOTIONS.register("gather")
@@ -99,5 +96,4 @@ class Gather(SubsumptionParameters):
 
     def layer(self, scenario: EpuckScenario) -> MotionLayer:
         """The functions of the motion, with its numbers in a scenario."""
-        chances = {"stop": self.stop, "leave": self.leave}
-        return MotionLayer(steer, {**self.numbers(scenario), **chances}, GatheringCourse)
+        return MotionLayer(steer, self.numbers(scenario), GatheringCourse)

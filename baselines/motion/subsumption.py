@@ -1,4 +1,4 @@
-"""Subsumption motion: talk, avoid, forage, wander; the first layer that wants something gets it.
+"""Subsumption motion: talk, avoid, forage, wander; the first behaviour that applies steers.
 
 Gutierrez et al. 2009 (TR), Section 5.
 
@@ -33,13 +33,16 @@ from swarm_forage_env.interface import Kernel, MotionLayer
 from swarm_forage_env.parameters import NotNegative, Part, Positive, Share
 from swarm_forage_env.record import Numbers, Record, field
 
+Wheels = Float32[Array, "2"]
+"""The wheel speeds, left and right, as shares of the highest."""
+
 KEEP_RIGHT = -math.pi / 6.0
-"""Robots pass each other on the right, but what is clearly on the right they pass on the left
-[rad] (chosen): with the side free, two that meet head-on may choose the same."""
+"""Robots pass each other on the right, but pass an obstacle right of this on the left [rad]
+(chosen): with the side free, two that meet head-on may choose the same."""
 
 
 class Course(Record):
-    """What subsumption remembers of a robot's course. Writer: `subsume`."""
+    """A robot's course. Writer: `subsume`."""
 
     hold: float = field(np.float64, unit="ticks")
     """Ticks to hold a course after avoiding."""
@@ -82,7 +85,7 @@ def way_round(bearing: float, swerve: float, side: float) -> float:
 
 @kernel
 def avoid(course: Course, readings: Readings, numbers: Numbers, side: float) -> bool:
-    """Take a course past an obstacle, if there is one; whether one is held."""
+    """Set a course past an obstacle, if there is one; whether a course is held."""
     seen, bearing = obstacle(readings.proximity, response(numbers.gap), numbers.sector)
     if seen:
         if numbers.literal > 0.0:
@@ -98,7 +101,7 @@ def avoid(course: Course, readings: Readings, numbers: Numbers, side: float) -> 
 
 @kernel
 def wander(course: Course, numbers: Numbers) -> None:
-    """Go on with a straight run of the random walk, or turn to a new one."""
+    """Continue a straight run of the random walk, or turn to a new one."""
     if course.run <= 0.0:
         course.run = exponential(course.stream, 0, numbers.mean_run)
         course.turn = math.pi * symmetric(course.stream, 0)
@@ -106,9 +109,7 @@ def wander(course: Course, numbers: Numbers) -> None:
 
 
 @kernel
-def head_for(
-    angle: float, creep: float, wheels: Float32[Array, "2"], course: Course, numbers: Numbers
-) -> None:
+def head_for(angle: float, creep: float, wheels: Wheels, course: Course, numbers: Numbers) -> None:
     """Turn the wheels towards a direction of the body frame [rad], and the course against it."""
     left, right = wheels_towards(angle, creep)
     course.turn = wrap(course.turn - 0.5 * (right - left) * numbers.turn_per_tick)
@@ -119,12 +120,12 @@ def head_for(
 def react(
     situation: Situation,
     readings: Readings,
-    wheels: Float32[Array, "2"],
+    wheels: Wheels,
     course: Course,
     numbers: Numbers,
     side: float,
 ) -> bool:
-    """Stand while talking, or go round what is in the way; whether one of the two steered."""
+    """Stand while talking, or avoid an obstacle; whether one of the two steered."""
     if situation.is_talking:
         wheels[0] = wheels[1] = 0.0
         return True
@@ -136,25 +137,17 @@ def react(
 
 @kernel
 def reflex(
-    situation: Situation,
-    readings: Readings,
-    wheels: Float32[Array, "2"],
-    course: Course,
-    numbers: Numbers,
+    situation: Situation, readings: Readings, wheels: Wheels, course: Course, numbers: Numbers
 ) -> bool:
-    """As `react`, where a learner steers: on either side, so that it may keep to any lane."""
+    """As `react`, where a learner steers: on either side, so that the learner chooses the lane."""
     return react(situation, readings, wheels, course, numbers, 0.0)
 
 
 @kernel
 def walk(
-    situation: Situation,
-    wheels: Float32[Array, "2"],
-    is_free: bool,
-    course: Course,
-    numbers: Numbers,
+    situation: Situation, wheels: Wheels, is_free: bool, course: Course, numbers: Numbers
 ) -> None:
-    """Go on with the random walk of a robot that a learner steers, and show its course.
+    """Continue the random walk of a robot that a learner steers, and write its course.
 
     `is_free`: no reflex steered, which turns the course itself.
     """
@@ -167,7 +160,7 @@ def walk(
 
 
 WHERE_A_LEARNER_STEERS: dict[str, Kernel] = {"reflex": reflex, "walk": walk}
-"""What goes on of subsumption where a learner steers."""
+"""The parts of subsumption that continue where a learner steers."""
 
 
 @kernel
@@ -175,7 +168,7 @@ def subsume(
     situation: Situation,
     readings: Readings,
     target: Float32[Array, "2"],
-    wheels: Float32[Array, "2"],
+    wheels: Wheels,
     course: Course,
     numbers: Numbers,
 ) -> None:
@@ -198,7 +191,7 @@ def steer(
     situation: Situation,
     readings: Readings,
     heard: Heard,
-    wheels: Float32[Array, "2"],
+    wheels: Wheels,
     course: Course,
     numbers: Numbers,
 ) -> None:
@@ -240,16 +233,13 @@ class SubsumptionParameters(Part):
         return MotionLayer(steer, own, Course, kernels=WHERE_A_LEARNER_STEERS)
 
     def numbers(self, scenario: EpuckScenario) -> dict[str, float]:
-        """The parameters as kernels read them, in ticks and sensor readings."""
+        """The parameters as kernels read them, those of subclasses included; times in ticks."""
         cruise, dt = scenario.robot.cruise_speed, scenario.tick
-        return {
+        own = {name: each for name, each in self if isinstance(each, int | float)}
+        del own["hold"]
+        return own | {
             "literal": self.avoidance == "literal",
-            "gap": self.gap,
-            "sector": self.sector,
-            "swerve": self.swerve,
             "hold_ticks": round(self.hold / dt),
-            "creep": self.creep,
-            "mean_run": self.mean_run,
             "path_per_tick": cruise * dt,
             "turn_per_tick": 2.0 * cruise * dt / scenario.robot.axle,
         }

@@ -1,4 +1,4 @@
-"""The named references, one line each; they are entered in a registry of their own."""
+"""The named references, one line each, in a registry of their own."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,7 +15,7 @@ from swarm_forage_env.registry import REFERENCES
 
 @dataclass(frozen=True)
 class Oracle(LayeredController):
-    """A controller of which a layer knows the ground truth: for comparison only."""
+    """A controller with a layer that knows the ground truth: for comparison only."""
 
     is_privileged: ClassVar[bool] = True
     """No environment runs it."""
@@ -30,13 +30,12 @@ NAMED = (
 """Perfect odometry and global communication (ANTS, Section 5); then the best weighting, over the
 exchange of the papers and over that of `dsgiff-frequent`, which is also that of a learned one."""
 
-ABOUT = {
-    "no-error": "ssgiff whose robots know their poses",
-    "global": "all robots share one mean of their estimates",
-    "oracle-weighting": "ssgikf that takes the estimate that is truly nearer",
-    "oracle-weighting-frequent": "oracle-weighting over the exchange of dsgiff-frequent",
-}
-"""What each reference is, in words."""
+ABOUT = (
+    "ssgiff whose robots know their poses",
+    "all robots share one mean of their estimates",
+    "ssgikf that takes the estimate that is truly nearer",
+    "oracle-weighting over the exchange of dsgiff-frequent",
+)
 
-for controller in NAMED:
-    REFERENCES.register(controller.name, ABOUT[controller.name])(controller)
+for controller, about in zip(NAMED, ABOUT, strict=True):
+    REFERENCES.register(controller.name, about)(controller)

@@ -1,4 +1,4 @@
-"""Global communication: every robot takes over the mean of what the whole group tells.
+"""Global communication: every robot takes the mean of the whole group's estimates.
 
 Gutierrez et al. 2008 (ANTS), Section 5: "each robot updates its estimates by averaging the
 knowledge of the whole group". It is a reference, because no robot hears the whole group.
@@ -10,10 +10,10 @@ Not in the paper, and chosen here:
   for these two reasons only, so that this choice decides the paper's claim (decision 0022):
   `through_radio=false`, with exact beams in every exchange time, is ahead;
 - no message is lost;
-- robots tell of what they know; the mean is over them and the robot itself, each counting alike;
-  p becomes the mean of their p;
-- a robot that knows nothing takes the mean over, and so is recruited at once; one that just got
-  lost is deaf for `deaf_when_lost` first;
+- robots tell of the areas that they know; the mean is over them and the robot itself, with equal
+  weights; p becomes the mean of their p;
+- a robot that knows nothing copies the mean, and so is recruited at once; one that just got lost
+  is deaf for `deaf_when_lost` first;
 - a robot on an area is averaged like any other.
 """
 
@@ -23,9 +23,9 @@ import numpy as np
 from pydantic import Field
 
 from baselines.estimators.belief import Belief, SocialMind
-from baselines.estimators.message_exchange import heard_location
+from baselines.estimators.message_exchange import heard_location, heard_place, write_estimate
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters, describe
-from baselines.estimators.social_odometry import update_belief as take_in_odometry
+from baselines.estimators.social_odometry import update_belief as update_social_belief
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import RADIO, Readings
@@ -60,7 +60,7 @@ class GroupMind(SocialMind):
 def measured_beam(
     here: RobotState, there: RobotState, streams: UInt64[Array, "1"], numbers: Numbers
 ) -> tuple[float, float, float]:
-    """Range [m], bearing and bearing back [rad] of a robot at any distance, as of one frame."""
+    """Range [m], bearing and bearing back [rad] of a robot at any distance, by one frame."""
     dx, dy = there.pose[0] - here.pose[0], there.pose[1] - here.pose[1]
     d, bearing = range_and_bearing(dx, dy, here.pose[2])
     back = atan2(-dy, -dx) - there.pose[2]
@@ -76,21 +76,15 @@ def measured_beam(
 
 @kernel
 def tell(mind: GroupMind) -> None:
-    """Write the message: distance, direction and p of every area that the robot knows."""
-    belief, message = mind.belief, mind.message
+    """Write the message: distance, direction and p of every area, which is told if known."""
     for area in range(2):
-        message.told[area] = belief.known[area]
-        dx = belief.location[area, 0] - belief.pose[0]
-        dy = belief.location[area, 1] - belief.pose[1]
-        distance, direction = range_and_bearing(dx, dy, belief.pose[2])
-        message.distance[area] = distance
-        message.direction[area] = direction
-        message.p[area] = belief.p[area]
+        mind.message.told[area] = mind.belief.known[area]
+        write_estimate(mind.belief, area, mind.message)
 
 
 @kernel
 def add_own(belief: GroupBelief) -> None:
-    """Begin the sums of a robot with what it knows itself."""
+    """Start the sums of a robot with its own estimates."""
     for area in range(2):
         known = float(belief.known[area])
         belief.heard_weight[area] = known
@@ -101,7 +95,7 @@ def add_own(belief: GroupBelief) -> None:
 
 @kernel
 def add_heard(swarm: Array, crowd: Array, i: int, j: int, numbers: Numbers) -> None:
-    """Add to the sums of robot i what robot j tells, in the own frame of i."""
+    """Add the message of robot j to the sums of robot i, in the own frame of i."""
     belief, message = crowd[i].belief, crowd[j].message
     if not (message.told[0] or message.told[1]):
         return
@@ -120,26 +114,24 @@ def add_heard(swarm: Array, crowd: Array, i: int, j: int, numbers: Numbers) -> N
 
 @kernel
 def take_mean(belief: GroupBelief) -> None:
-    """Replace the own estimates by the mean of all that was told."""
+    """Replace the own estimates by the mean over the group."""
     for area in range(2):
-        n = belief.heard_weight[area]
-        if n > 0.0:
-            belief.location[area, 0] = belief.heard_sum[area, 0] / n
-            belief.location[area, 1] = belief.heard_sum[area, 1] / n
-            belief.p[area] = belief.heard_p[area] / n
+        if belief.heard_weight[area] > 0.0:
+            belief.location[area, 0], belief.location[area, 1] = heard_place(belief, area)
+            belief.p[area] = belief.heard_p[area] / belief.heard_weight[area]
             belief.known[area] = True
 
 
 @kernel
 def update_belief(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
-    """Social odometry's tick, counted."""
-    take_in_odometry(mind, shared, readings, numbers)
+    """Social odometry's tick, with a count."""
+    update_social_belief(mind, shared, readings, numbers)
     mind.belief.ticks += 1
 
 
 @kernel
 def average_robot(swarm: Array, crowd: Array, i: int, numbers: Numbers) -> None:
-    """Replace the estimates of robot i by the mean of its own and of what the others tell."""
+    """Replace the estimates of robot i by the mean of its own and the others' messages."""
     add_own(crowd[i].belief)
     for j in range(crowd.shape[0]):
         if j != i:
@@ -149,7 +141,7 @@ def average_robot(swarm: Array, crowd: Array, i: int, numbers: Numbers) -> None:
 
 @kernel
 def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
-    """Average the estimates of one world, when it is time."""
+    """Average the estimates of one world, once a period."""
     if crowd[0].belief.ticks == 1:
         for i in range(crowd.shape[0]):
             crowd[i].belief.streams[0] = swarm[i].streams[RADIO]
@@ -164,7 +156,7 @@ def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
 
 @row_template
 def observe_group(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Take in what was sensed, and average with everyone; there are no exchanges of two.
+    """Update beliefs by the readings, and average with everyone; there are no exchanges of two.
 
     Free names: update_belief, average, describe.
     """
@@ -202,12 +194,10 @@ class GlobalAverage(SocialOdometryParameters):
     def numbers(self, scenario: Scenario) -> dict[str, float]:
         """The parameters as kernels read them, and the noise of one frame."""
         own, radio = super().numbers(scenario), scenario.radio
-        noise = {name: getattr(radio, name) for name in ("range_noise", "bearing_noise")}
-        if not self.through_radio:
-            noise = dict.fromkeys(noise, 0.0)
         return {
             **own,
-            **noise,
+            "range_noise": self.through_radio * radio.range_noise,
+            "bearing_noise": self.through_radio * radio.bearing_noise,
             "is_board": self.through_radio and radio.is_board,
             "radius": scenario.robot.radius,
             "period_ticks": own["talk_ticks"] + self.through_radio * own["pause_ticks"],

@@ -1,12 +1,12 @@
-"""No odometry error: social odometry in which the believed pose follows the true motion.
+"""No odometry error: social odometry whose believed pose follows the true motion.
 
 Gutierrez et al. 2008 (ANTS), Section 5: "robots communicate and are not affected by odometry
 errors".
 
 Not in the paper, and chosen here:
 - robots that "know accurately" also measure each other exactly (`exact_beam`);
-- all else stays as it is: messages are lost, and what is heard is blended in by the weighting
-  rule, although the own estimate is hardly wrong;
+- all else stays as it is: messages are lost, and the weighting rule blends heard estimates,
+  although the own estimate is hardly wrong;
 - the controller's weighting is that of local communication there, the Fermi filter at
   beta = 1e-3;
 - being pushed or blocked counts as the motion that it truly is, also in p;
@@ -26,6 +26,7 @@ from baselines.estimators.message_exchange import (
     has_partner,
     slot_of,
 )
+from baselines.estimators.small_matrices import copy_pose
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
@@ -42,12 +43,12 @@ from swarm_forage_env.ticks import Arrays
 
 
 class ExactBelief(Belief):
-    """What a robot believes that knows where it truly is."""
+    """The beliefs of a robot that knows its true pose."""
 
     true_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """True x, y [m] and heading [rad] in the world frame. Writer: `observe_truth`."""
     is_placed: bool = field(np.bool_)
-    """The believed pose has been put at the true one, at the start."""
+    """The believed pose was set to the true one, at the start."""
     beam: Float32[Array, "3"] = field(np.float32, 3, unit="m, rad, rad")
     """True range of the partner [m], its bearing and the bearing back [rad]."""
     moved: Float32[Array, "2"] = field(np.float32, 2, unit="m, rad")
@@ -62,7 +63,7 @@ class ExactMind(SocialMind):
 
 @kernel
 def follow(belief: ExactBelief, axle: float) -> None:
-    """Move the believed pose to the true one, and let p grow by the way between them [m]."""
+    """Move the believed pose to the true one, and increase p by the path between them [m]."""
     pose, true_pose = belief.pose, belief.true_pose
     dx, dy = true_pose[0] - pose[0], true_pose[1] - pose[1]
     dtheta = wrap(true_pose[2] - pose[2])
@@ -72,7 +73,7 @@ def follow(belief: ExactBelief, axle: float) -> None:
     if dx * c + dy * s < 0.0:
         drho = -drho
     belief.moved[0], belief.moved[1] = drho, dtheta
-    pose[0], pose[1], pose[2] = true_pose[0], true_pose[1], true_pose[2]
+    copy_pose(true_pose, pose)
     dd = path_length(drho, dtheta, axle)
     belief.p[NEST] += dd
     belief.p[PREY] += dd
@@ -80,11 +81,10 @@ def follow(belief: ExactBelief, axle: float) -> None:
 
 @kernel
 def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
-    """Social odometry's tick, in which the true motion takes the place of the odometry."""
+    """Social odometry's tick, with the true motion instead of the odometry."""
     belief = mind.belief
     if not belief.is_placed:
-        pose, true_pose = belief.pose, belief.true_pose
-        pose[0], pose[1], pose[2] = true_pose[0], true_pose[1], true_pose[2]
+        copy_pose(belief.true_pose, belief.pose)
         belief.is_placed = True
     follow(belief, numbers.axle)
     find_areas(belief, readings.ground, numbers.to_centre)
@@ -97,14 +97,13 @@ def aim(belief: ExactBelief, partner: ExactBelief) -> None:
     """Measure the beam to the partner exactly."""
     here, there = belief.true_pose, partner.true_pose
     dx, dy = there[0] - here[0], there[1] - here[1]
-    distance, bearing = range_and_bearing(dx, dy, here[2])
-    belief.beam[0], belief.beam[1] = distance, wrap(bearing)
+    belief.beam[0], belief.beam[1] = range_and_bearing(dx, dy, here[2])
     belief.beam[2] = wrap(atan2(-dy, -dx) - there[2])
 
 
 @kernel
 def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Social odometry's exchange, in which the true beam takes the place of the measured one."""
+    """Social odometry's exchange, with the true beam instead of the measured one."""
     if not has_partner(crowd, i, heard, numbers):
         return False
     belief = crowd[i].belief
@@ -119,14 +118,13 @@ def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
 
 @row_template
 def observe_truth(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Tell every robot its true pose, then take in what was sensed and heard.
+    """Tell every robot its true pose, then update beliefs by readings and messages.
 
     Free names: those of observe_world.
     """
     robots, minds = world_arrays[0], layer_arrays[0]
     for i in range(n_robots):
-        true_pose, own = robots[w, i].pose, minds[w, i].belief.true_pose
-        own[0], own[1], own[2] = true_pose[0], true_pose[1], true_pose[2]
+        copy_pose(robots[w, i].pose, minds[w, i].belief.true_pose)
     observe_all(world_arrays, layer_arrays, w, n_robots)
 
 

@@ -1,4 +1,4 @@
-"""The oracle's weighting: of two estimates, the one that is truly nearer the area.
+"""The oracle's weighting: the estimate that is truly nearer the area.
 
 Not in the paper: all of it. It is the best that any weighting rule with g in {0, 1} can do in
 one exchange; not a bound on what blending can do, nor on a whole episode.
@@ -18,12 +18,12 @@ from swarm_forage_env.record import Rows, rows
 
 
 class OracleWeighting(Part):
-    """Keep the own estimate, or take over the heard one with its p, whichever errs less."""
+    """Keep the own estimate, or copy the heard one with its p, whichever errs less."""
 
     heard_p_share: ClassVar[float] = 1.0
 
     def start_knowing(self, running: RunningLayers, world: ForagingWorld) -> "NearerEstimate":
-        """The rule for the robots of a running controller, in a world that it sees through."""
+        """The rule for the robots of a running controller, in a world that it knows."""
         return NearerEstimate(running.minds, world)
 
 
@@ -45,9 +45,9 @@ class NearerEstimate:
 def errors(
     minds: Array, world: ForagingWorld
 ) -> tuple[Float64[Array, "rows areas 2"], Float64[Array, "rows areas 2"]]:
-    """By how much the own and the heard places truly miss the areas, world frame [m].
+    """The true errors of the own and the heard places of the areas, world frame [m].
 
-    They mean something only where the place is known, or was heard in an exchange.
+    They are meaningful only where the place is known, or was heard in an exchange.
     """
     beliefs = rows(minds["estimator"]["belief"])
     true_pose = world.state.pose

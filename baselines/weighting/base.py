@@ -1,17 +1,27 @@
 """The registry of weighting rules; what a rule consists of is in `swarm_forage_env.interface`."""
 
-from typing import Any
+from typing import Protocol, runtime_checkable
 
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.interface import WeightingLayer
+from swarm_forage_env.parameters import BaseScenario, Part
 from swarm_forage_env.registry import Registry
 
-WEIGHTING_RULES: Registry[Any] = Registry("weighting rule")
-"""Rules by name; each is a `Part` whose fields are its parameters. A compiled rule has a method
-`layer(scenario)`, which returns a `WeightingLayer`; a rule in NumPy is called with the records
-`Exchange`, a row for each robot."""
+WEIGHTING_RULES: Registry[type[Part]] = Registry("weighting rule")
+"""Parameters by name. A compiled rule is a `CompiledWeighting`; a rule in NumPy is called with the
+records `Exchange`, a row for each robot."""
+
+
+@runtime_checkable
+class CompiledWeighting(Protocol):
+    """Parameters of a compiled rule."""
+
+    def layer(self, scenario: BaseScenario) -> WeightingLayer | None:
+        """The function of the rule, with its numbers; None for the estimator's own rule."""
+        ...
 
 
 @kernel
 def no_gain(*seen: object) -> float:
-    """Nothing is taken over: the weight of a rule written in NumPy comes as an action."""
+    """The weight 0: that of a rule written in NumPy comes as an action."""
     return 0.0

@@ -1,4 +1,4 @@
-"""Covariance knowledge: the heard matrix is taken at its word."""
+"""Covariance knowledge: own and heard matrices count alike."""
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.compiler import kernel

@@ -1,4 +1,4 @@
-"""The filter's own gain: a correction is carried out as the estimator computes it."""
+"""The filter's own gain: a correction is made as the estimator computes it."""
 
 from typing import ClassVar
 

@@ -1,4 +1,4 @@
-"""Compiled weightings of rows of exchanges, as a rule in NumPy weighs them."""
+"""Compiled weightings that are called with rows of exchanges, as a rule in NumPy."""
 
 import numpy as np
 
@@ -10,11 +10,11 @@ from swarm_forage_env.record import one_record
 
 gain: Kernel
 is_weighed: Kernel
-"""Free names of the template: a rule, and whether it is asked about an area."""
+"""Free names of the template: a rule, and whether it weighs an area."""
 
 
 def weigh_rows(exchanges: Array, numbers: Array, out: Float32[Array, "rows areas"]) -> None:
-    """Weigh what was heard of every area that the rule is asked about."""
+    """Write the weights of every area that the rule weighs."""
     for i in range(out.shape[0]):
         for area in range(2):
             if exchanges[i].is_valid and is_weighed(exchanges[i], area):

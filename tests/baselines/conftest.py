@@ -1,5 +1,6 @@
 """Fixtures of the controllers' tests: what robots sense and hear, written by hand."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,9 @@ from baselines.estimators.message_exchange import compose, has_something_to_say,
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations.geometry import to_body, to_outer
 from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import one_record, rows
 from swarm_forage_env.registry import CONTROLLERS
@@ -135,6 +138,61 @@ def believers(numbers_of):
         return Believers(numbers_of, n_robots, **parameters)
 
     return start
+
+
+def turned(theta):
+    """Cosine and sine of a heading, as the frames take it."""
+    return math.cos(theta), math.sin(theta)
+
+
+class Pair:
+    """Two robots at rest, 0.1 m apart, with a radio that neither loses nor errs."""
+
+    TICKS = 6
+    """An exchange of 0.5 s and the tick in which it ends."""
+
+    def __init__(self, controller, **overrides):
+        quiet = {"n_robots": 2, "range_noise": 0.0, "bearing_noise": 0.0, "loss_near": 0.0,
+                 "loss_far": 0.0, "exchange_time": 0.5}  # fmt: skip
+        scenario = find_scenario("es1", quiet | overrides)
+        self.loop = Loop(scenario, CONTROLLERS[controller], [0], "kinematic")
+        self.pose, self.action = self.loop.world.state.pose, self.loop.world.state.action
+        self.pose[:] = [[-0.05, 0.0, 0.4], [0.05, 0.02, -2.0]]
+        self.action.motion[:], self.action.wheels[:] = REPLACE, 0.0
+        self.minds = rows(self.loop.controller.minds["estimator"])
+        self.beliefs = self.minds.belief
+        self.beliefs.pose[:] = [[1.0, -2.0, 2.5], [-0.3, 0.4, -1.0]]  # each in a frame of its own
+
+    def know(self, robot, area, x, y, p, came_from=False):
+        """Let a robot believe an area at a place of the world frame."""
+        b, pose = self.beliefs, self.pose[robot]
+        ahead, left = to_body(x - pose[0], y - pose[1], *turned(pose[2]))
+        dx, dy = to_outer(ahead, left, *turned(b.pose[robot, 2]))
+        b.location[robot, area] = b.pose[robot, 0] + dx, b.pose[robot, 1] + dy
+        b.p[robot, area] = p
+        b.known[robot, area] = b.visited[robot, area] = True
+        if came_from:
+            b.came_from[robot] = area
+
+    def believed(self, robot, area):
+        """Where a robot believes an area, in the world frame; and its p."""
+        b, pose = self.beliefs, self.pose[robot]
+        dx, dy = b.location[robot, area] - b.pose[robot, :2]
+        ahead, left = to_body(dx, dy, *turned(b.pose[robot, 2]))
+        dx, dy = to_outer(ahead, left, *turned(pose[2]))
+        return np.array([pose[0] + dx, pose[1] + dy]), b.p[robot, area]
+
+    def talk(self):
+        """Stand still until the exchange is over and merged."""
+        for _ in range(self.TICKS + 2):
+            self.loop.step()
+        assert not self.minds.exchange.is_valid.any()
+
+
+@pytest.fixture(scope="session")
+def pair():
+    """Two robots that talk under a controller, with some numbers of the scenario changed."""
+    return Pair
 
 
 @pytest.fixture(scope="session")

@@ -95,13 +95,6 @@ def test_adaptive_gains_are_those_of_the_paper_and_are_not_clamped(stimuli, gain
     assert_allclose(adapted(*stimuli), gains, atol=1e-12)
 
 
-def test_gains_that_do_not_adapt_are_the_goals_alone_or_those_given():
-    numbers = {"alignment": 0.1, "separation": 0.2, "cohesion": 0.3, "homing": 0.4, "seeking": 0.5}
-    assert BoidsParameters(gains="goal", **numbers).fixed == (0.0, 0.0, 0.0, 0.0, 1.0)
-    assert BoidsParameters(gains="static", **numbers).fixed == (0.1, 0.2, 0.3, 0.4, 0.5)
-    assert BoidsParameters(gains="static").fixed == (1.0, 1.0, 1.0, 1.0, 1.0)
-
-
 @pytest.mark.parametrize(
     "wrong", [{"gains": "best"}, {"alignment": -0.1}, {"cohesion": 1e300}, {"homming": 1.0}]
 )

@@ -11,12 +11,6 @@ from numpy.testing import assert_allclose
 from baselines.estimators.covariance import blend, gain_matrix
 from baselines.estimators.path_covariance import to_ellipse, to_matrix
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.equations.geometry import to_body
-from swarm_forage_env.interface import REPLACE
-from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import rows
-from swarm_forage_env.registry import CONTROLLERS
-from swarm_forage_env.scenarios import find_scenario
 
 SIZES = st.floats(0.01, 3.0)
 
@@ -65,36 +59,23 @@ def test_without_an_inverse_the_norms_are_compared(own, heard, k):
     assert gain_matrix((own, 0.0, 0.0), (heard, 0.0, 0.0)) == (k, 0.0, 0.0, k)
 
 
+TOLD = (0.04, 0.01, 0.02)
+
+
 @pytest.fixture
-def told():
+def told(pair):
     """Robot 1 tells robot 0 of the nest over an exact beam; what they believe afterwards."""
-    quiet = {"n_robots": 2, "range_noise": 0.0, "bearing_noise": 0.0, "loss_near": 0.0,
-             "loss_far": 0.0, "exchange_time": 0.5, "wheel_noise": 0.0}  # fmt: skip
 
     def tell(own):
-        scenario = find_scenario("es1", quiet)
-        loop = Loop(scenario, CONTROLLERS["covariance"], [0], "kinematic")
-        b = rows(loop.controller.minds["estimator"]["belief"])
-        robots, pose = loop.world.robots, loop.world.state.pose
-        pose[:] = [[-0.05, 0.0, 0.4], [0.05, 0.02, -2.0]]
-        b.pose[:] = [[1.0, -2.0, 2.5], [-0.3, 0.4, -1.0]]
-        for robot, area, cov in ((1, NEST, (0.04, 0.01, 0.02)), (0, NEST, own)):
-            if cov is None:
-                continue
-            dx, dy = np.array([-0.4, 0.1]) - pose[robot, :2]
-            x, y = to_body(dx, dy, np.cos(pose[robot, 2]), np.sin(pose[robot, 2]))
-            c, s = np.cos(b.pose[robot, 2]), np.sin(b.pose[robot, 2])
-            b.location[robot, area] = b.pose[robot, :2] + [c * x - s * y, s * x + c * y]
-            b.known[robot, area] = b.visited[robot, area] = True
-            b.moments[robot, area, :3] = cov
-            b.p[robot, area] = to_ellipse(*cov)[0]
-        b.came_from[1] = NEST
-        b.came_from[0] = PREY if own else -1
-        turn = (b.pose[:, 2] - pose[:, 2]).copy()  # from the world to each own frame
-        robots["action"]["motion"], robots["action"]["wheels"] = REPLACE, 0.0
-        for _ in range(7):
-            loop.step()
-        return b, turn
+        two = pair("covariance", wheel_noise=0.0)
+        for robot, cov in ((1, TOLD), (0, own)):
+            if cov is not None:
+                two.know(robot, NEST, -0.4, 0.1, p=to_ellipse(*cov)[0])
+                two.beliefs.moments[robot, NEST, :3] = cov
+        two.beliefs.came_from[:] = PREY if own else -1, NEST
+        turn = two.beliefs.pose[:, 2] - two.pose[:, 2]  # from the world to each own frame
+        two.talk()
+        return two.beliefs, turn
 
     return tell
 
@@ -109,14 +90,14 @@ def turned(cov, angle):
 def test_a_copied_ellipse_points_where_the_senders_does(told):
     beliefs, turn = told(None)
     assert beliefs.known[0, NEST]
-    expected = turned((0.04, 0.01, 0.02), turn[0] - turn[1])
+    expected = turned(TOLD, turn[0] - turn[1])
     assert beliefs.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
 
 
 def test_two_ellipses_merge_as_the_paper_says(told):
     own = (0.03, -0.01, 0.05)
     beliefs, turn = told(own)
-    mine, heard = turned(own, 0.0), turned((0.04, 0.01, 0.02), turn[0] - turn[1])
+    mine, heard = turned(own, 0.0), turned(TOLD, turn[0] - turn[1])
     expected = np.linalg.inv(np.linalg.inv(mine) + np.linalg.inv(heard))
     assert beliefs.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
     assert beliefs.p[0, NEST] == pytest.approx(math.sqrt(np.linalg.norm(expected, 2)))

@@ -18,7 +18,6 @@ from baselines.estimators.covariance_intersection import CovarianceIntersection
 from baselines.estimators.cross_covariance import CrossBelief, CrossMind, forget_cross_covariances
 from baselines.estimators.dead_reckoning import DeadReckoning
 from baselines.estimators.decentralised_ekf import DecentralisedEKF
-from baselines.estimators.path_covariance import CovarianceMind
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.record import rows
@@ -208,12 +207,3 @@ def test_every_filter_has_a_weighting_of_its_own(name):
     assert layer.own_weighting.gain is rule.gain
     assert layer.own_weighting.heard_p_share == 0.0
     assert bool(layer.numbers["speaks"]) == (name != "dead_reckoning")
-
-
-def test_only_the_kalman_filter_keeps_what_two_robots_share():
-    scenario = find_scenario("es1")
-    made = {name: make(scenario) for name, (make, _) in LAYERS.items()}
-    assert {name for name in made if made[name].shared is not None} == {"decentralised_ekf"}
-    assert made["dead_reckoning"].mind is CovarianceMind
-    assert made["covariance_intersection"].numbers["intersects"] == 1.0
-    assert made["decentralised_ekf"].numbers["intersects"] == 0.0

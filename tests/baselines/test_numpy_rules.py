@@ -1,10 +1,12 @@
-"""Rules written in NumPy from outside: they run through the cut and repeat the compiled ones."""
+"""Rules in NumPy from outside: they repeat the compiled ones, and end an episode by a NaN."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import baselines.controllers  # noqa: F401 enters the controllers
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
@@ -107,3 +109,46 @@ def test_a_correction_is_added_to_the_wheels_of_the_layer_and_not_to_who_talks()
     wheels[~talking] = np.clip(wheels[~talking] + np.float32([0.5, -0.25]), -1.0, 1.0)
     assert talking.any()
     np.testing.assert_array_equal(other.world.state.command.wheels, wheels)
+
+
+class NaNAfter(Constant):
+    """A motion that commands a NaN after 7 ticks."""
+
+    def __call__(self, *inputs):
+        wheels = super().__call__(*inputs)
+        if self.asked > 7:
+            wheels[3, 1] = np.nan
+        return wheels
+
+
+class NaNWeights:
+    heard_p_share = 1.0
+
+    def __call__(self, exchange):
+        return np.full(exchange.own_p.shape, np.nan, np.float32)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_wheels_that_are_not_finite_are_told_with_controller_tick_and_robot(threads):
+    controller = replace(CONTROLLERS["ssgikf"], motion=NaNAfter())
+    loop = Loop(find_scenario("es1"), controller, [0, 1], "kinematic", threads)
+    loop.run(7)
+    with pytest.raises(ConfigError, match=r"'ssgikf', tick 8, robot 3: its wheels \[1.0, nan\]"):
+        loop.step()
+
+
+def test_weights_that_are_not_finite_are_told():
+    controller = replace(CONTROLLERS["ssgikf"], weighting=NaNWeights())
+    scenario = find_scenario("es1", {"task.area_distance": 0.7})
+    loop = Loop(scenario, controller, range(4), "kinematic")
+    message = r"'ssgikf', tick \d+, robot \d: .* weights are not finite"
+    with pytest.raises(ConfigError, match=message):
+        loop.run(3000)
+
+
+def test_accelerations_of_waypoint_robots_are_checked():
+    loop = Loop(find_scenario("waypoints-05"), CONTROLLERS["boids-adaptive"], [0])
+    loop.world.robots["action"]["motion"] = REPLACE
+    loop.world.robots["action"]["acceleration"][0, 2] = np.inf
+    with pytest.raises(ConfigError, match=r"tick 1, robot 2: its acceleration \[inf, inf\]"):
+        loop.step()

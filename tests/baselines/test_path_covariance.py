@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 from baselines.estimators.path_covariance import (
     CovarianceBelief,
     add_noise,
-    error_constant,
     grow_covariances,
     propagate,
     spectral_norm,
@@ -70,12 +69,6 @@ def test_p_is_the_deviation_along_the_worst_axis_and_noise_grows_with_the_path(g
     add_noise(expected, 0.01, 0.15, k * abs(right), k * abs(left), AXLE)
     assert belief.p[0] == pytest.approx(math.sqrt(spectral_norm(*belief.moments[0, :3])))
     assert_allclose(belief.moments[0], expected, rtol=1e-5)
-
-
-def test_the_error_constant_matches_the_encoders_at_the_cruise_speed():
-    step = 0.04 * 0.1
-    k = error_constant(wheel_noise=0.07, cruise_speed=0.04, tick=0.1)
-    assert k * step == pytest.approx((0.07 * step) ** 2 / 3.0)
 
 
 def test_the_norm_is_the_largest_eigenvalue():

@@ -83,15 +83,6 @@ def test_who_told_the_place_where_a_robot_gets_lost_was_wrong(robot):
     assert [robot.counts(k) for k in (1, 2, 3)] == [(0.0, 1.0), (0.0, 0.0), (0.0, 0.0)]
 
 
-@pytest.mark.parametrize(
-    ("visited", "p", "counts"), [(1, 1.0, (0.0, 1.0)), (0, 1.0, (0.0, 0.0)), (1, 9.0, (0.0, 0.0))]
-)
-def test_who_contradicts_what_the_robot_saw_lately_was_wrong(robot, visited, p, counts):
-    robot.belief["known"][NEST] = 1
-    robot.belief["visited"][NEST], robot.belief["p"][NEST] = visited, p
-    assert robot.hear(1, (2.0, 0.0)).counts(1) == counts
-
-
 def test_the_exchange_shows_the_past_of_the_teller_and_of_who_told_the_same(robot):
     robot.reputation["right"][:4], robot.reputation["wrong"][:4] = (2, 0, 8, 0), (1, 0, 0, 8)
     robot.hear(2, (1.0, 0.0)).hear(3, (1.0, 0.2)).hear(1, (-1.0, 0.0)).hear(0, (1.0, 0.1))
@@ -142,16 +133,16 @@ def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_fo
 
 
 @pytest.mark.parametrize(
-    ("own_p", "heard_p", "off", "counts"),
-    [(4.0, 2.0, 1.0, (1.0, 0.0)), (4.0, 2.0, 1.0 + BEYOND, (0.0, 1.0)),
-     (4.0 + BEYOND, 2.0, 9.0, (0.0, 0.0)), (0.0, 0.0, 0.25, (1.0, 0.0)),
-     (0.0, 0.0, 0.25 + BEYOND, (0.0, 1.0))],
+    ("visited", "own_p", "heard_p", "off", "counts"),
+    [(1, 4.0, 2.0, 1.0, (1.0, 0.0)), (1, 4.0, 2.0, 1.0 + BEYOND, (0.0, 1.0)),
+     (1, 4.0 + BEYOND, 2.0, 9.0, (0.0, 0.0)), (1, 0.0, 0.0, 0.25, (1.0, 0.0)),
+     (1, 0.0, 0.0, 0.25 + BEYOND, (0.0, 1.0)), (0, 1.0, 0.0, 2.0, (0.0, 0.0))],
 )  # fmt: skip
 def test_a_robot_that_was_there_lately_judges_at_once_by_both_paths(
-    robot, own_p, heard_p, off, counts
+    robot, visited, own_p, heard_p, off, counts
 ):
     belief = robot.belief
-    belief["known"][NEST] = belief["visited"][NEST] = True
+    belief["known"][NEST], belief["visited"][NEST] = True, visited
     belief["p"][NEST], belief["location"][NEST] = own_p, (1.0, 2.0)
     belief["last_partner"], belief["heard_weight"][NEST] = 2, 2.0
     belief["heard_sum"][NEST], belief["heard_p"][NEST] = (2.0, 2.0 * (2.0 + off)), heard_p

@@ -34,15 +34,11 @@ def robot():
     return hear
 
 
-def test_the_first_teller_is_not_believed(robot):
+def test_a_second_teller_who_agrees_is_believed(robot):
     belief = robot(3, (1.0, 0.0))
     assert not belief["known"].any()
     assert belief["pending_from"].tolist() == [3, NOBODY]
     assert belief["pending"][NEST].tolist() == [1.0, 0.0]
-
-
-def test_a_second_teller_who_agrees_is_believed(robot):
-    robot(3, (1.0, 0.0))
     belief = robot(4, (1.0, 0.29), p=5.0)
     assert belief["known"].tolist() == [1, 0]
     assert belief["location"][NEST].tolist() == pytest.approx([1.0, 0.29])

@@ -18,6 +18,7 @@ from baselines.estimators.small_matrices import (
     solve_lower3,
     spectral_norm3,
     symmetrise3,
+    transpose3,
 )
 
 ENTRIES = st.floats(-3.0, 3.0).map(lambda x: round(x, 6))
@@ -33,20 +34,13 @@ def filled(helper, *given_):
     return out
 
 
-@pytest.mark.parametrize("scale", [1.0, 0.1, -2.5, 0.0])
-def test_the_identity_times_a_number(scale):
-    assert_array_equal(filled(identity3, scale), scale * np.eye(3))
-
-
-@given(MATRICES)
-def test_a_copy_is_the_matrix(A):  # noqa: N803
-    assert_array_equal(filled(copy3, A), A)
-
-
 @given(MATRICES, MATRICES)
-def test_products_are_those_of_numpy(A, B):  # noqa: N803 matrices
+def test_products_copies_and_transposes_are_those_of_numpy(A, B):  # noqa: N803 matrices
     assert_allclose(filled(product3, A, B), A @ B, atol=1e-12)
     assert_allclose(filled(product3_transposed, A, B), A @ B.T, atol=1e-12)
+    assert_array_equal(filled(copy3, A), A)
+    assert_array_equal(filled(transpose3, A), A.T)
+    assert_array_equal(filled(identity3, A[0, 0]), A[0, 0] * np.eye(3))
 
 
 @given(MATRICES)

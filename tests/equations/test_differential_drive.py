@@ -30,24 +30,18 @@ def test_two_wheels_make_a_distance_and_a_turn(left, right, distance, turn):
     assert wheels_to_arc(left, right, AXLE) == pytest.approx((distance, turn))
 
 
-def test_straight_on_leads_along_the_heading():
-    assert advance(1.0, 2.0, math.pi / 6, 0.2, 0.0) == pytest.approx(
-        (1.0 + 0.1 * math.sqrt(3.0), 2.1, math.pi / 6)
-    )
-
-
-def test_a_spin_in_place_turns_and_leads_nowhere():
-    assert advance(1.0, 2.0, 0.5, 0.0, -1.25) == pytest.approx((1.0, 2.0, -0.75))
-
-
-def test_an_arc_worked_by_hand():
-    # A quarter turn to the left over 0.1 m: the chord points half a quarter to the left.
-    x, y, theta = advance(0.0, 0.0, 0.0, 0.1, math.pi / 2)
-    assert (x, y, theta) == pytest.approx((0.0707106781, 0.0707106781, math.pi / 2))
-
-
-def test_the_heading_is_wrapped():
-    assert advance(0.0, 0.0, 3.0, 0.0, 1.0)[2] == pytest.approx(4.0 - 2.0 * math.pi)
+@pytest.mark.parametrize(
+    ("pose", "distance", "turn", "after"),
+    [
+        ((1.0, 2.0, math.pi / 6), 0.2, 0.0, (1.0 + 0.1 * math.sqrt(3.0), 2.1, math.pi / 6)),
+        ((1.0, 2.0, 0.5), 0.0, -1.25, (1.0, 2.0, -0.75)),  # a spin in place
+        # A quarter turn to the left over 0.1 m: the chord points half a quarter to the left.
+        ((0.0, 0.0, 0.0), 0.1, math.pi / 2, (0.0707106781, 0.0707106781, math.pi / 2)),
+        ((0.0, 0.0, 3.0), 0.0, 1.0, (0.0, 0.0, 4.0 - 2.0 * math.pi)),
+    ],
+)
+def test_a_step_leads_along_its_chord_and_wraps_the_heading(pose, distance, turn, after):
+    assert advance(*pose, distance, turn) == pytest.approx(after)
 
 
 def test_many_short_chords_are_the_circle():

@@ -69,7 +69,3 @@ def test_into_the_body_frame_and_back_is_where_one_was(dx, dy, theta):
 def test_range_and_bearing_are_the_polar_form_of_the_body_frame(r, bearing, theta):
     dx, dy = to_outer(r * math.cos(bearing), r * math.sin(bearing), *turned(theta))
     assert range_and_bearing(dx, dy, theta) == pytest.approx((r, bearing), abs=1e-9)
-
-
-def test_a_point_on_the_robot_has_no_range():
-    assert range_and_bearing(0.0, 0.0, 1.0)[0] == 0.0
