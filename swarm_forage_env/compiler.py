@@ -34,7 +34,7 @@ from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
-from swarm_forage_env.templates import Parts, parts_of, with_parts
+from swarm_forage_env.templates import Parts, is_row_template, parts_of, with_parts
 
 FunctionT = TypeVar("FunctionT")
 
@@ -103,8 +103,13 @@ def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any
 
 
 def bind_row(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
-    """Bind a template of one row, which becomes part of the kernels that call it."""
-    return _bound_row(template, parts_of(template, functions))
+    """Bind a template of one row, which becomes part of the kernels of a CPU that call it.
+
+    A function without free names is returned as it is.
+    """
+    if not is_row_template(template):
+        return template
+    return _bound_row(template, parts_of(template, {**_lanes_on_cpu(), **functions}))
 
 
 def typed_once(kernel: Callable[..., Any]) -> Callable[..., Any]:

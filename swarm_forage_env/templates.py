@@ -22,6 +22,11 @@ def row_template(template: FunctionT) -> FunctionT:
     return template
 
 
+def is_row_template(function: object) -> bool:
+    """Whether a function is a template of one world or robot."""
+    return hasattr(function, "is_row_template")
+
+
 def parts_of(template: Function, functions: Mapping[str, Function]) -> Parts:
     """Those functions that the template, or a template that it names, has a free name for."""
     names = set(_free_names(template, functions))
@@ -50,7 +55,7 @@ def _row_templates(template: Function, parts: Mapping[str, Function]) -> dict[st
     function = cast(Any, template)
     known: dict[str, Any] = {**function.__globals__, **parts}
     named = {name: known[name] for name in function.__code__.co_names if name in known}
-    return {name: each for name, each in named.items() if hasattr(each, "is_row_template")}
+    return {name: each for name, each in named.items() if is_row_template(each)}
 
 
 def _free_names(template: Function, parts: Mapping[str, Function]) -> Iterator[str]:
