@@ -1,8 +1,8 @@
 """Composition of the robots of a block of worlds: layers, numbers, and groups with the same."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -24,13 +24,25 @@ from swarm_forage_env.record import Rows, numbers_record, record_dtype
 from swarm_forage_env.task import consecutive
 from swarm_forage_env.ticks import nothing
 
-if TYPE_CHECKING:
-    from baselines.controller import LayeredController
-
 Layer = EstimatorLayer | WeightingLayer | MotionLayer
 Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
 
 LAYERS = ("estimator", "weighting", "motion")
+
+
+@dataclass(frozen=True)
+class LayerParts:
+    """The parameters of the three layers of a controller.
+
+    A layer is compiled if its parameters have a method `layer` that does not return None. Otherwise
+    it is a rule in NumPy: a weighting is called, a motion is what its method `start` returns.
+    """
+
+    name: str
+    estimator: Any
+    weighting: Any
+    motion: Any
+
 
 Row = Sequence[Any]
 """The controllers, or their layers, of the robots of a world; None for a robot of another team.
@@ -148,7 +160,7 @@ def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_groups
             )
 
 
-def composition_of(controller: "LayeredController", layers: Layers) -> Composition:
+def composition_of(controller: LayerParts, layers: Layers) -> Composition:
     """What each layer of a controller consists of, except numbers; or its rule in NumPy."""
     estimator, weighting, motion = layers
     is_compiled = isinstance(controller.weighting, CompiledWeighting)
@@ -182,7 +194,7 @@ def set_stream(memory: Rows, word: np.uint64) -> None:
     memory.stream[0] = word
 
 
-def layers_of(controller: "LayeredController", scenario: BaseScenario) -> Layers:
+def layers_of(controller: LayerParts, scenario: BaseScenario) -> Layers:
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
     estimator.check_falsifiable(controller.name, scenario)

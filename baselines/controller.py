@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
-from baselines.composition import Row, functions_of
+from baselines.composition import LayerParts, Row, functions_of
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.running import RunningLayers
@@ -35,17 +35,8 @@ class _Checked(Protocol):
 
 
 @dataclass(frozen=True)
-class LayeredController:
-    """A controller of three layers.
-
-    A layer is compiled if its parameters have a method `layer` that does not return None. Otherwise
-    it is a rule in NumPy: a weighting is called, a motion is what its method `start` returns.
-    """
-
-    name: str
-    estimator: Any
-    weighting: Any
-    motion: Any
+class LayeredController(LayerParts):
+    """A controller of three layers, which can be named, changed and run."""
 
     @property
     def layers(self) -> dict[str, Part]:

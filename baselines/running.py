@@ -7,8 +7,7 @@ decides for them. All robots of one controller are a team of one group.
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -27,7 +26,6 @@ from baselines.composition import (
 )
 from baselines.weighting.base import CompiledWeighting
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.interface import (
     KEEP,
     RULE,
@@ -37,12 +35,13 @@ from swarm_forage_env.interface import (
     MotionRule,
     WeightingRule,
 )
+from swarm_forage_env.joined_layers import joined
 from swarm_forage_env.no_layers import set_no_stream
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import Rows, copied_rows, record_dtype
 from swarm_forage_env.task import World, task_of
-from swarm_forage_env.ticks import only, run_ticks
+from swarm_forage_env.ticks import nothing
 
 
 @dataclass
@@ -62,11 +61,6 @@ class CompositionGroup:
     """Their motion, if it is written in NumPy."""
     is_last: bool
     """The last group of their team: no other one is decided after it."""
-
-    @cached_property
-    def decide(self) -> Kernel:
-        """The second half of the control alone, compiled with the group's functions."""
-        return typed_once(bind(run_ticks, {**self.functions, **only("decide")}))
 
     @property
     def memories(self) -> Array:
@@ -129,31 +123,31 @@ class RunningLayers:
         return any(group.steer is not None or group.weigh is not None for group in self._groups)
 
     @property
-    def compiled(self) -> CompiledLayers | None:
-        """Everything between two cuts, for one call; None for robots of several groups."""
-        if len(self._groups) > 1:
-            return None
-        group, n_robots = self._groups[0], self._world.n_robots
-        motion = group.motion
-        firsts = (
-            self.estimator.mind.array((1,), robots=n_robots),
-            motion.memory.array((1,), robots=n_robots),
+    def compiled(self) -> CompiledLayers:
+        """All that it does between two cuts; the groups decide one after the other."""
+        n_robots = self._world.n_robots
+        groups = [
+            CompiledLayers(
+                group.functions,
+                (self._estimators, group.memories, self.shared, group.settings),
+                (
+                    self.estimator.mind.array((1,), robots=n_robots),
+                    group.motion.memory.array((1,), robots=n_robots),
+                ),
+                int(group.motion.noise),
+            )
+            for group in self._groups
+        ]
+        if len(groups) == 1:
+            return groups[0]
+        deciding = [
+            replace(each, functions={**each.functions, "observe_world": nothing}) for each in groups
+        ]
+        first = groups[0]
+        observing = CompiledLayers(
+            {**first.functions, "decide_world": nothing}, (*first.arrays[:3], self._settings)
         )
-        arrays = self._estimators, group.memories, self.shared, group.settings
-        return CompiledLayers(group.functions, arrays, firsts, int(motion.noise))
-
-    @cached_property
-    def _observe(self) -> Kernel:
-        """The first half of the control alone."""
-        functions = {**self.estimator.kernels, "observe_world": self.estimator.observe}
-        return typed_once(bind(run_ticks, {**functions, **only("observe")}))
-
-    def observe(self, first: int, last: int) -> None:
-        """Update the beliefs of the worlds first .. last - 1 by readings and messages."""
-        memories = self._groups[0].memories
-        arrays = self._estimators, memories, self.shared, self._settings
-        world = self._world
-        self._observe(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
+        return joined([*deciding, observing])
 
     def consult(self) -> None:
         """Call the rules written in NumPy; a learner's action takes precedence."""
@@ -166,16 +160,6 @@ class RunningLayers:
                 exchange = copied_rows(self._estimators, ("exchange",))
                 if exchange.is_valid.any():
                     group.act(action, "weighting", "weight", group.weigh(exchange))
-
-    def decide(self, first: int, last: int) -> None:
-        """Write the next commands of the worlds first .. last - 1, and merge the messages.
-
-        A command or a weight that is not finite is noted in the world.
-        """
-        world = self._world
-        for group in self._groups:
-            arrays = self._estimators, group.memories, self.shared, group.settings
-            group.decide(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def reset(self, world: int, seed: int) -> None:
         """Reset one world to this seed."""

@@ -257,6 +257,4 @@ def _layers_of(loop: Loop) -> tuple[CompiledLayers, GpuTask]:
             " take physics='kinematic'"
         )
     loop.controller.check_on_gpu()
-    layers = loop.controller.compiled
-    assert layers is not None  # check_on_gpu refuses it
-    return layers, loop.task.gpu
+    return loop.controller.compiled, loop.task.gpu

@@ -117,14 +117,16 @@ class CompiledLayers:
     """What the templates of a tick have free names for: `observe_world`, `decide_world`, and the
     functions that these name."""
 
-    arrays: tuple[Array, Array, Array, Array]
+    arrays: tuple[Any, ...]
     """What the estimator keeps of each robot, what the motion remembers of it, what the estimator
-    keeps of each pair, and parameters, in one column for robots that share them."""
+    keeps of each pair, and parameters, in one column for robots that share them; of joined layers a
+    tuple of these for each."""
 
-    firsts: tuple[Array, Array]
-    """One record each of what estimator and motion keep before anything has happened."""
+    firsts: tuple[Array, ...] = ()
+    """One record each of what estimator and motion keep before anything has happened; none where a
+    CPU must reset them."""
 
-    noise: int
+    noise: int = 0
     """What the motion draws for from the stream in its memory."""
 
     has_beliefs: bool = True
@@ -192,24 +194,16 @@ class RunningController(Protocol):
         ...
 
     @property
-    def compiled(self) -> CompiledLayers | None:
-        """All that it does between two cuts, for one call; None: stage by stage only."""
+    def compiled(self) -> CompiledLayers:
+        """All that it does between two cuts, for one call with the worlds."""
         ...
 
     def check_on_gpu(self) -> None:
         """ConfigError for layers that run on a CPU only, with the reason."""
         ...
 
-    def observe(self, first: int, last: int) -> None:
-        """Update the beliefs of the worlds first .. last - 1 by what was sensed and heard."""
-        ...
-
     def consult(self) -> None:
         """Ask the rules written in NumPy, and write their actions."""
-        ...
-
-    def decide(self, first: int, last: int) -> None:
-        """Write the next commands of the worlds first .. last - 1."""
         ...
 
     def reset(self, world: int, seed: int) -> None:

@@ -30,7 +30,7 @@ from swarm_forage_env.task import (
     one_task,
     trouble_in,
 )
-from swarm_forage_env.ticks import RUNS, run_ticks
+from swarm_forage_env.ticks import RUNS, STAGES, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
 
@@ -84,8 +84,8 @@ class Loop(WorldsOnCpu):
         super().__init__(self.world, self.controller.minds)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
-        self._compiled = self.controller.compiled
-        self._whole = self._bound()
+        self._layers = self.controller.compiled
+        self._kernels: dict[tuple[str, ...], Kernel] = {}
         self._begin(range(self.world.n_worlds), seeds)
 
     def reset(
@@ -151,7 +151,7 @@ class Loop(WorldsOnCpu):
         `modes` is STANDS or RUNS for each world; by default all run. ConfigError for a command or
         a weight that is not finite.
         """
-        is_stepped = self._whole is None or self.controller.has_rules
+        is_stepped = self.controller.has_rules or not self.world.is_compiled
         at_once = 1 if is_stepped else max(n_ticks, 1)
         chosen = self.world.modes if modes is None else modes
         for _ in range(n_ticks // at_once):
@@ -213,31 +213,48 @@ class Loop(WorldsOnCpu):
         return self.task.scene(self.world, self.controller.minds, which)
 
     def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
-        """Let the controller forget some worlds, and take in what is sensed first."""
-        self.check()
+        """Let the controller forget some worlds, then sense and observe in them."""
         for world, seed in zip(which, seeds, strict=True):
             self.controller.reset(world, seed)
+        stages = tuple(STAGES) if self.world.is_compiled else AFTER_ENGINE
         for first, last in consecutive(which):
-            self.controller.observe(first, last)
+            self._call(stages, 1, self.world.beginning, first, last)
+        self.check()
 
-    def _bound(self) -> Kernel | None:
-        """Ticks of world and controller in one compiled call; None if it runs by stages only."""
-        if self._compiled is None or not self.world.is_compiled:
-            return None
-        return typed_once(bind(run_ticks, {**self.world.functions, **self._compiled.functions}))
+    def run_stages(self, *stages: str, first: int = 0, last: int | None = None) -> None:
+        """Run some stages of one tick alone, of `ticks.STAGES`, in the worlds first .. last - 1."""
+        end = self.world.n_worlds if last is None else last
+        self._call(stages, 1, self.world.modes, first, end)
+
+    def _call(
+        self,
+        stages: tuple[str, ...],
+        n_ticks: int,
+        modes: Int8[Array, " worlds"],
+        first: int,
+        last: int,
+    ) -> None:
+        """Run ticks, or stages of them, of world and controller in one compiled call."""
+        world, layers = self.world, self._layers
+        if stages not in self._kernels:
+            functions = {**world.functions, **layers.functions, **only(*stages)}
+            self._kernels[stages] = typed_once(bind(run_ticks, functions))
+        kernel = self._kernels[stages]
+        kernel(world.arrays, layers.arrays, modes, world.trouble, first, last, n_ticks)
 
     def _advance(self, n_ticks: int, modes: Int8[Array, " worlds"], first: int, last: int) -> None:
-        """Some ticks of those of the worlds first .. last - 1 that run, or one, by stages."""
-        world = self.world
-        if self._whole is not None and self._compiled is not None:
-            layers = self._compiled.arrays
-            self._whole(world.arrays, layers, modes, world.trouble, first, last, n_ticks)
+        """Some ticks of those of the worlds first .. last - 1 that run.
+
+        An engine in Python moves the robots between two compiled calls, one tick at a time.
+        """
+        if self.world.is_compiled:
+            self._call(tuple(STAGES), n_ticks, modes, first, last)
             return
         for begin, end in consecutive([w for w in range(first, last) if modes[w] == RUNS]):
-            self.controller.decide(begin, end)
-            if not world.trouble[-1]:
-                world.tick(begin, end)
-                self.controller.observe(begin, end)
+            self.run_stages("decide", first=begin, last=end)
+            if not self.world.trouble[-1]:
+                self.world.move(begin, end)
+                self.run_stages(*AFTER_ENGINE, first=begin, last=end)
 
     def check(self) -> None:
         """Raise what went wrong in a tick, once."""
@@ -263,6 +280,9 @@ class Loop(WorldsOnCpu):
             wait(waiting)  # no thread may go on in these worlds when the error is told
             raise
 
+
+AFTER_ENGINE = "tick", "observe"
+"""What follows an engine in Python in a tick."""
 
 _KIND = "the task {}, engine {}, controller {}, {} worlds of {} robots"
 

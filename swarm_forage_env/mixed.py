@@ -13,18 +13,22 @@ from typing import Any, cast
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Int64, UInt8
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import (
+    CompiledLayers,
     Controller,
     PolicyOverLayers,
     RunningController,
     TeamController,
 )
+from swarm_forage_env.joined_layers import joined
 from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import offset_of, record_dtype
 from swarm_forage_env.task import task_of
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import Arrays, nothing
 
 Team = list[int]
 """Numbers of the robots that understand each other."""
@@ -218,39 +222,34 @@ class RunningTeams:
         return any(each.has_rules for each in self._running)
 
     @property
-    def compiled(self) -> None:
-        """Teams run stage by stage."""
+    def compiled(self) -> CompiledLayers:
+        """All teams, one after the other; then what readers are shown is copied."""
+        copying = [
+            CompiledLayers(
+                {"decide_world": nothing, "observe_world": copy_world}, (self._bytes, *shown)
+            )
+            for shown in self._shown
+        ]
+        return joined([*(each.compiled for each in self._running), *copying])
 
     def check_on_gpu(self) -> None:
-        """ConfigError: teams run stage by stage, on a CPU."""
+        """ConfigError: teams run on a CPU."""
         raise ConfigError(
             "device='cuda': robots of several teams run on a CPU only; take one controller of"
             " three layers, as ssgikf, or a policy that is everything"
         )
-
-    def observe(self, first: int, last: int) -> None:
-        """Update the beliefs of the worlds first .. last - 1 by what was sensed and heard."""
-        for each in self._running:
-            each.observe(first, last)
-        for minds, team, spans in self._shown:
-            copy_spans(self._bytes, minds, team, spans, first, last)
 
     def consult(self) -> None:
         """Ask the rules written in NumPy, and write their actions."""
         for each in self._running:
             each.consult()
 
-    def decide(self, first: int, last: int) -> None:
-        """Write the next commands of the worlds first .. last - 1."""
-        for each in self._running:
-            each.decide(first, last)
-
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world."""
         for each in self._running:
             each.reset(world, seed)
         minds, _, spans = self._shown[0]
-        copy_spans(self._bytes, minds, np.arange(minds.shape[1]), spans, world, world + 1)
+        copy_of_robots(self._bytes, minds, np.arange(minds.shape[1]), spans, world)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> list[Any]:
         """The numbers of each team in one world, in another scenario."""
@@ -273,20 +272,28 @@ class RunningTeams:
         self.minds[...] = shown
 
 
-@entry_point
-def copy_spans(
-    to: Bytes, source: Bytes, robots: Array, spans: Array, first: int, last: int
-) -> None:
-    """Copy parts of the records of some robots of the worlds first .. last - 1.
+@row_template
+def copy_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
+    """Copy what readers are shown of a team in a world."""
+    if n_robots > 0:
+        to, source, robots, spans = layer_arrays
+        copy_spans(to, source, robots, spans, w)
+
+
+@kernel
+def copy_spans(to: Bytes, source: Bytes, robots: Array, spans: Array, w: int) -> None:
+    """Copy parts of the records of some robots of a world.
 
     A span is where a part begins in either record, and how long it is [bytes].
     """
-    for w in range(first, last):
-        for i in robots:
-            for k in range(spans.shape[0]):
-                at, begin = spans[k, 0], spans[k, 1]
-                for byte in range(spans[k, 2]):
-                    to[w, i, at + byte] = source[w, i, begin + byte]
+    for i in robots:
+        for k in range(spans.shape[0]):
+            at, begin = spans[k, 0], spans[k, 1]
+            for byte in range(spans[k, 2]):
+                to[w, i, at + byte] = source[w, i, begin + byte]
+
+
+copy_of_robots = entry_point(copy_spans)
 
 
 def _bytes(records: Array) -> Bytes:

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Int64
-from swarm_forage_env.compiler import bind, kernel, typed_once
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_falsifying
 from swarm_forage_env.observed_fields import Sizes
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import Arrays, only, run_ticks
+from swarm_forage_env.ticks import Arrays
 
 lane: Kernel
 lanes: Kernel
@@ -131,15 +131,6 @@ class RunningPolicy:
         self.minds: Array = self._said(shape)
         self._nothing = NoMemory.array(shape), np.zeros((*shape, 0)), Membership.array(shape)
         self._nothing[2]["is_member"] = np.isin(range(world.n_robots), robots)
-        self._functions: dict[str, Kernel] = {
-            "carry_out": policy.carry_out,
-            "hear_words": policy.hear_words,
-            "decide_world": carry_out_world,
-            "observe_world": hear_world,
-            "set_stream": set_no_stream,
-        }
-        self._decide = typed_once(bind(run_ticks, {**self._functions, **only("decide")}))
-        self._observe = typed_once(bind(run_ticks, {**self._functions, **only("observe")}))
 
     @property
     def has_rules(self) -> bool:
@@ -148,25 +139,20 @@ class RunningPolicy:
 
     @property
     def compiled(self) -> CompiledLayers:
-        """All that it does between two cuts."""
+        """What robots command and are told, for one call with the worlds."""
+        functions: dict[str, Kernel] = {
+            "carry_out": self._policy.carry_out,
+            "hear_words": self._policy.hear_words,
+            "decide_world": carry_out_world,
+            "observe_world": hear_world,
+            "set_stream": set_no_stream,
+        }
         firsts = self._said((1,)), NoMemory.array((1,))
         arrays = self.minds, *self._nothing
-        return CompiledLayers(self._functions, arrays, firsts, 0, has_beliefs=False)
-
-    def observe(self, first: int, last: int) -> None:
-        """Write what the robots of the worlds first .. last - 1 hear."""
-        self._run(self._observe, first, last)
+        return CompiledLayers(functions, arrays, firsts, has_beliefs=False)
 
     def consult(self) -> None:
         """There are no rules."""
-
-    def decide(self, first: int, last: int) -> None:
-        """Command what the action says, in the worlds first .. last - 1."""
-        self._run(self._decide, first, last)
-
-    def _run(self, stage: Kernel, first: int, last: int) -> None:
-        world, arrays = self._world, (self.minds, *self._nothing)
-        stage(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> None:
         """There are no numbers; ConfigError where faults falsify messages."""

@@ -17,7 +17,7 @@ library that is linked must round as IEEE 754 says.
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import llvmlite.binding as llvm
 import numba
@@ -28,7 +28,6 @@ from numba.np.numpy_support import from_dtype
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import OPTIONS, bind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import CompiledLayers
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.ticks import run_ticks
 
@@ -67,7 +66,7 @@ def memory_of(loop: Loop) -> list[Array]:
     ConfigError for a loop of several worlds, or one that is not compiled as a whole.
     """
     layers = loop.controller.compiled
-    if loop.world.n_worlds != 1 or layers is None or loop.physics != "kinematic":
+    if loop.world.n_worlds != 1 or not layers.firsts or loop.physics != "kinematic":
         raise ConfigError("other machines run one world with the engine 'kinematic'")
     arrays = (*loop.world.arrays, *layers.arrays, loop.world.modes, loop.world.trouble)
     return [np.ascontiguousarray(each).copy() for each in arrays]
@@ -81,7 +80,7 @@ def object_code(loop: Loop, target: Target) -> bytes:
 def llvm_text(loop: Loop) -> str:
     """The ticks of a loop of one world as LLVM's text, in which only `swarm_run` is public."""
     memory, n_world = memory_of(loop), len(loop.world.arrays)
-    layers = cast(CompiledLayers, loop.controller.compiled)
+    layers = loop.controller.compiled
     ticks = bind(run_ticks, {**loop.world.functions, **layers.functions})
     function = _on_pointers(ticks, [each.shape for each in memory], n_world)
     pointers = [types.CPointer(from_dtype(each.dtype)) for each in memory]  # type: ignore[attr-defined]

@@ -62,7 +62,8 @@ class World(ABC):
         """What went wrong in each world, as `ticks.note` says."""
         self.modes: Int8[Array, " worlds"] = np.full(self.n_worlds, RUNS, np.int8)
         """What each world does in a call of `run_ticks`: it runs."""
-        self._beginning: Int8[Array, " worlds"] = np.full(self.n_worlds, BEGINS, np.int8)
+        self.beginning: Int8[Array, " worlds"] = np.full(self.n_worlds, BEGINS, np.int8)
+        """The modes of worlds that are to sense and observe before their first tick."""
 
     @property
     @abstractmethod
@@ -84,13 +85,16 @@ class World(ABC):
         """Let an engine outside compiled code move the robots of the worlds first .. last - 1."""
 
     def tick(self, first: int, last: int) -> None:
-        """Apply the commands in the worlds first .. last - 1: move, score, sense, hear."""
+        """Apply the commands in the worlds first .. last - 1: move, score, sense, hear.
+
+        For worlds without a controller, as `sense_first`; a `Loop` runs both with its controller.
+        """
         self.move(first, last)
         self._tick_in(self.modes, first, last)
 
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
         """Sense before the first tick, in the worlds first .. last - 1."""
-        self._tick_in(self._beginning, first, self.n_worlds if last is None else last)
+        self._tick_in(self.beginning, first, self.n_worlds if last is None else last)
 
     def _tick_in(self, modes: Int8[Array, " worlds"], first: int, last: int) -> None:
         self._tick(self.arrays, (), modes, self.trouble, first, last, 1)
@@ -128,7 +132,7 @@ class World(ABC):
         worlds: Sequence[int] | None = None,
         scenarios: Sequence[BaseScenario] | None = None,
     ) -> None:
-        """Reset the worlds of these indices, or all, each to its seed.
+        """Reset the worlds of these indices, or all, each to its seed; nobody has sensed yet.
 
         With `scenarios`, one for each of them, they have other numbers from now on. ConfigError,
         before anything changes, for what does not fit.
@@ -148,8 +152,6 @@ class World(ABC):
         seed_of = dict(zip(which, checked, strict=True))
         for first, last in consecutive(which, self.scenarios):
             self.restart(first, last, [seed_of[w] for w in range(first, last)])
-        for first, last in consecutive(which):
-            self.sense_first(first, last)
 
     def take_over(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
         """Give worlds the numbers of other scenarios, one for each, which fit."""

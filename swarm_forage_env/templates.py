@@ -25,6 +25,11 @@ def row_template(template: FunctionT) -> FunctionT:
     return template
 
 
+def is_row_template(function: object) -> bool:
+    """Whether a function is a template of one world or robot."""
+    return isinstance(function, FunctionType) and function in _row_templates
+
+
 def parts_of(template: Function, functions: Mapping[str, Function]) -> Bindings:
     """Those functions that the template, or a template that it names, has a free name for."""
     names = set(_free_names(template, functions))
@@ -53,11 +58,7 @@ def _rows_in(template: Function, parts: Mapping[str, Function]) -> dict[str, Fun
     function = cast(FunctionType, template)
     known = {**function.__globals__, **parts}
     named = {name: known[name] for name in function.__code__.co_names if name in known}
-    return {
-        name: each
-        for name, each in named.items()
-        if isinstance(each, FunctionType) and each in _row_templates
-    }
+    return {name: each for name, each in named.items() if is_row_template(each)}
 
 
 def _free_names(template: Function, parts: Mapping[str, Function]) -> Iterator[str]:

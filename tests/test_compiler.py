@@ -449,7 +449,7 @@ print(json.dumps({
 def test_a_second_process_compiles_nothing(tmp_path):
     first, said = run(SWARM, tmp_path)
     assert "compiling, once" in said
-    assert first["misses"] >= 6
+    assert first["misses"] >= 4
     second, said = run(SWARM, tmp_path)
     assert not said
     assert second["misses"] == 0

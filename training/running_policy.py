@@ -54,8 +54,8 @@ class RunningForeignPolicy:
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
 
     @property
-    def compiled(self) -> CompiledLayers | None:
-        """The compiled functions of the other layers."""
+    def compiled(self) -> CompiledLayers:
+        """What does the rest, for one call a tick: the policy is asked before."""
         return self._inner.compiled
 
     def check_on_gpu(self) -> None:
@@ -63,10 +63,6 @@ class RunningForeignPolicy:
         raise ConfigError(
             "device='cuda': policies of other trainers run on a CPU only; take device='cpu'"
         )
-
-    def observe(self, first: int, last: int) -> None:
-        """Update the beliefs in the worlds first .. last - 1."""
-        self._inner.observe(first, last)
 
     def consult(self) -> None:
         """Let the policy act in worlds where a decision is due, then the rules in NumPy."""
@@ -80,10 +76,6 @@ class RunningForeignPolicy:
                 self._held[world] = self._steer(seen[world], self._streams[world])
             self._act(self._own)
         self._inner.consult()
-
-    def decide(self, first: int, last: int) -> None:
-        """Write the next commands of the worlds first .. last - 1."""
-        self._inner.decide(first, last)
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world; the policy does at its first tick."""

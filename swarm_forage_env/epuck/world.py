@@ -66,7 +66,7 @@ class EpuckWorld(World):
     def __init__(
         self, scenarios: Sequence[EpuckScenario], seeds: Sequence[int], physics: str = "rigid"
     ) -> None:
-        """One world for each seed, reset and ready: the robots have sensed, nobody has spoken.
+        """One world for each seed, its robots at their starting places: nobody has sensed yet.
 
         The scenarios have the same number of robots; one for each world.
         """

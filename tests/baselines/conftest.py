@@ -96,7 +96,7 @@ class Believers:
             heard.sender[receiver, slot], heard.n_averaged[receiver, slot] = sender, 10
             heard.range_bearing[receiver, slot] = beam
             self.minds.message[sender], self.minds.is_composed[sender] = message, True
-        self.loop.controller.observe(0, 1)
+        self.loop.run_stages("observe")
         self.minds.is_composed[:] = False
         return self.exchange.is_valid.copy()
 

@@ -52,12 +52,12 @@ def run_deceived(name, ticks, far):
         true = pose.copy()
         pose += away
         controller.consult()
-        controller.decide(0, 1)
+        loop.run_stages("decide")
         pose[:] = true
         loop.world.tick(0, 1)
         true = pose.copy()
         pose += away
-        controller.observe(0, 1)
+        loop.run_stages("observe")
         pose[:] = true
     return loop
 
@@ -78,8 +78,8 @@ def test_a_reference_does_not_change_the_truth(name):
     truth = ["pose", "heading", "wheels", "streams", "leg", "round_trips", "readings", "heard"]
     before = loop.world.robots[truth].copy()
     loop.controller.consult()
-    loop.controller.decide(0, 1)
-    loop.controller.observe(0, 1)
+    loop.run_stages("decide")
+    loop.run_stages("observe")
     assert_array_equal(loop.world.robots[truth], before)
 
 
@@ -174,7 +174,7 @@ def tell_the_group(name):
     b.ignore_ticks[5] = 1000
     hearing = np.arange(10) != 5
     while b.known[hearing, 0].sum() < 9:
-        loop.controller.observe(0, 1)
+        loop.run_stages("observe")
     return b, hearing, moved(b.location, b.pose, pose)[hearing, 0]
 
 

@@ -139,13 +139,13 @@ def running(name):
 def observe(loop, robots):
     """Let the controller take in what was recorded in a tick."""
     loop.world.robots[:] = robots
-    loop.controller.observe(0, 1)
+    loop.run_stages("observe")
 
 
 def decide(loop):
     """What the controller commands next: wheels, and who broadcasts."""
     loop.controller.consult()
-    loop.controller.decide(0, 1)
+    loop.run_stages("decide")
     return loop.world.robots["command"][0]
 
 

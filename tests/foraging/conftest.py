@@ -8,6 +8,7 @@ import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from swarm_forage_env.compiler import bind, entry_point
 from swarm_forage_env.epuck.contacts import resolve_contacts
+from swarm_forage_env.epuck.fault_record import Fault
 from swarm_forage_env.epuck.placing import SOURCES
 from swarm_forage_env.epuck.surroundings import FIRST, find_neighbours, find_neighbours_of
 from swarm_forage_env.epuck.tick import hear
@@ -124,7 +125,8 @@ class Block:
         n_worlds, earned = len(self.worlds), np.zeros(self.robots.shape)
         modes, trouble = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
         tick = bind(run_ticks, {**only("tick"), **TICK, **ForagingWorld.task_functions})
-        tick((*self.tables, earned), (), modes, trouble, 0, n_worlds, 1)
+        faults = Fault.array(self.robots.shape)
+        tick((*self.tables, earned, faults), (), modes, trouble, 0, n_worlds, 1)
         return self.state.readings
 
     def listen(self):

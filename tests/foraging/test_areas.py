@@ -84,6 +84,7 @@ def test_an_area_moves_once_and_is_back_at_the_next_start(alone, go):
     visit(world, go, [0.7, -0.3])
     assert world.state.readings.ground[0, 1] < 0.66
     world.reset([0])
+    world.sense_first()
     assert world.areas[PREY].tolist() == [0.7, 0.3]
 
 

@@ -129,7 +129,7 @@ def test_a_blind_robot_reads_nothing_by_infrared():
     plain, blind = run(loop(), 50), run(loop(faults__blind__share=1.0), 50)
     assert plain.world.state.readings.proximity.any()
     assert not blind.world.state.readings.proximity.any()
-    assert blind.world.state.fault.kinds[:, BLIND].all()
+    assert blind.world.faults["kinds"][..., BLIND].all()
 
 
 def test_a_worn_robot_misreads_its_wheels_by_its_bias(go):
@@ -144,9 +144,10 @@ def test_a_worn_robot_misreads_its_wheels_by_its_bias(go):
 def test_a_worn_robot_has_noisier_encoders(go):
     numbers = {"faults__worn__share": 1.0, "faults__worn__bias": 0.0}
     plain = go(loop().world, wheels=0.06).readings.odometry[:, 0] - 0.006
-    noisy = go(loop(faults__worn__noise_factor=5.0, **numbers).world, wheels=0.06)
+    worn = loop(faults__worn__noise_factor=5.0, **numbers).world
+    noisy = go(worn, wheels=0.06)
     np.testing.assert_allclose(noisy.readings.odometry[:, 0] - 0.006, 5.0 * plain, atol=1e-7)
-    assert noisy.fault.kinds[:, WORN].all()
+    assert worn.faults["kinds"][..., WORN].all()
 
 
 LIARS = {"faults__liar__share": 0.3}

@@ -84,12 +84,12 @@ class ForagingLoop(Loop):
     def _advance(self, n_ticks: int, modes: Any, first: int, last: int) -> None:
         """A tick, stage by stage, in which messages are composed that nobody will hear."""
         running = self.controller
-        running.decide(first, last)
+        self.run_stages("decide", first=first, last=last)
         self._compose_all(running.minds["estimator"], running._settings)
         self.words = words_of(rows(running.minds["estimator"]["message"]))
         self.known = rows(self.world.robots).report.known.copy()
         self.world.tick(first, last)
-        running.observe(first, last)
+        self.run_stages("observe", first=first, last=last)
 
 
 def compose_all(minds: Array, settings: Array) -> None:

@@ -16,11 +16,12 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.targets import TARGETS, compiled_for, llvm_text, memory_of
 from tests.columns import check_same_bits
+from tests.golden.cases import ARENAS, WORLDS
 
 HERE = Path(__file__).parent
 TICKS = 600
-BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
-"""Fast robots and near areas: round trips and exchanges within a minute."""
+SEED = 0
+"""The first world of every golden case."""
 
 SOFT_FLOAT = {
     "__adddf3": "__aeabi_dadd",
@@ -54,17 +55,26 @@ def zig(*arguments, cwd):
     run(sys.executable, "-m", "ziglang", *arguments, cwd=cwd)
 
 
-def loop_of(controller):
-    scenario = find_scenario("es1", BUSY)
-    return Loop(scenario, find_controller(controller), [7], "kinematic")
+CASES = ("es1-busy/ssgikf", "es1-faulty/ssgikf-sceptical")
+MORE_CASES = (
+    "es1-busy/learned-both",
+    "mg1-dodecagon-shadowed/ssgikf",
+    "two-prey-moving/dsgiff-penalised",
+    "es3/ssgikf",
+)
+"""Worlds and controllers of golden cases: what x86 makes of them is held by the golden data."""
 
 
 @pytest.fixture(
-    scope="module", params=["ssgikf", pytest.param("learned-both", marks=pytest.mark.slow)]
+    scope="module",
+    params=[*CASES, *(pytest.param(each, marks=pytest.mark.slow) for each in MORE_CASES)],
 )
 def world(request):
-    """A controller's ticks as LLVM's text, and its memory before and after."""
-    loop = loop_of(request.param)
+    """The ticks of a golden case as LLVM's text, and its memory before and after."""
+    name, controller = request.param.split("/")
+    scenario, overrides = {**ARENAS, **WORLDS}[name]
+    found = find_scenario(scenario, overrides), find_controller(controller)
+    loop = Loop(*found, [SEED], "kinematic")
     text, before = llvm_text(loop), memory_of(loop)
     loop.run(TICKS)
     assert loop.world.robots["messages"].sum() > 0

@@ -93,8 +93,8 @@ def sighted(loop, pairs):
     sightings["bearing"] = np.angle(np.exp(1j * (there - pose[:, :, None, 2])))
     for row, other in pairs:
         sightings["seen"][row // n, row % n, other] = True
-    loop.controller.observe(0, loop.world.n_worlds)
-    loop.controller.decide(0, loop.world.n_worlds)
+    loop.run_stages("observe")
+    loop.run_stages("decide")
     return {name: array.copy() for name, array in beliefs(loop).items()}
 
 
@@ -201,7 +201,7 @@ class Moment:
 def decided(loop, moment):
     """What is commanded next at a moment: acceleration and claim."""
     moment.restore()
-    loop.controller.decide(0, 1)
+    loop.run_stages("decide")
     command = loop.world.state.command
     return command.acceleration.copy(), command.claim.copy()
 
@@ -215,14 +215,14 @@ def test_a_robot_that_meets_nobody_moves_nobody_else(estimator, setting):
         before = Moment(loop)
         for array in beliefs(loop).values():
             array[lonely] += rng.uniform(0.1, 1.0) * array[lonely]
-        loop.controller.decide(0, 1)
+        loop.run_stages("decide")
         perturbed = Moment(loop)
         before.restore()
         loop.step()
         truth, expected = Moment(loop), {name: a.copy() for name, a in beliefs(loop).items()}
         others = ~lonely & ~meets(loop.world.sightings["seen"][0], lonely)
         perturbed.restore(robots=False)
-        loop.controller.observe(0, 1)
+        loop.run_stages("observe")
         twin = Moment(loop)
         for name, found in beliefs(loop).items():
             assert_array_equal(found[others], expected[name][others], name)

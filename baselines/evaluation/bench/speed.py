@@ -9,10 +9,9 @@ from pymunk.batch import Buffer, get_space_bodies, set_space_bodies
 
 from baselines.evaluation.bench.cases import Case, Measured, Tick, uniform_poses
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.compiler import bind
 from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
 from swarm_forage_env.physics.rigid import READ, WRITTEN, space_of
-from swarm_forage_env.ticks import STAGES, only, run_ticks
+from swarm_forage_env.ticks import STAGES
 
 
 def bare_pymunk(case: Case) -> Tick:
@@ -102,20 +101,15 @@ and lets hear; rest: Python around the stages."""
 def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
     """Share of a tick's time that each stage takes, where each is a call of its own."""
     loop = case.start(physics, quick)
-    world, layers = loop.world, loop.controller.compiled
-    assert layers is not None  # the controller of all cases is compiled
-    functions = {**world.functions, **layers.functions}
-    kernels = {name: bind(run_ticks, {**functions, **only(name)}) for name in STAGES}
     spent = dict.fromkeys(STAGES, 0.0)
-    arguments = world.arrays, layers.arrays, world.modes, world.trouble, 0, world.n_worlds, 1
-    for run in kernels.values():  # compiles it
-        run(*arguments)
+    for name in STAGES:  # compiles it
+        loop.run_stages(name)
     ticks = max(10, (QUICK_TICKS if quick else TICKS) * 100 // max(100, case.rows))
     begin = time.perf_counter()
     for _ in range(ticks):
-        for name, run in kernels.items():
+        for name in STAGES:
             start = time.perf_counter()
-            run(*arguments)
+            loop.run_stages(name)
             spent[name] += time.perf_counter() - start
     whole = time.perf_counter() - begin
     shares = {name: seconds / whole for name, seconds in spent.items()}
