@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.interface import Controller
-from swarm_forage_env.mixed import MixedController, is_privileged
+from swarm_forage_env.interface import Controller, is_privileged
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, left_out
 from swarm_forage_env.task import task_of

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.compiler import bind_grid
+from swarm_forage_env.compiler import GridKernel, bind_grid
 from swarm_forage_env.device_memory import DeviceMemory, Grid
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, GpuTask, Kernel
@@ -21,6 +21,7 @@ from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.task import World, checked_worlds, consecutive
 from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
+from swarm_forage_env.worlds_on_cpu import PlacedArray
 
 MAX_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
@@ -59,7 +60,7 @@ class DeviceLoop:
         return self.memory.launch(self.grid)
 
     @property
-    def estimators(self) -> Any:  # noqa: ANN401 an array of the GPU
+    def estimators(self) -> PlacedArray | None:
         """What the estimators keep, worlds by robots; None where no robot has one."""
         return self.arrays["minds"] if self.layers.has_beliefs else None
 
@@ -67,19 +68,19 @@ class DeviceLoop:
         """A template over worlds, in one launch; its last argument it is given here."""
         compiled, n_worlds = bind_grid(template, functions), self.world.n_worlds
 
-        def run(*arguments: Any) -> None:  # noqa: ANN401 the template's
+        def run(*arguments: object) -> None:
             compiled[self.launch](*arguments, (0, n_worlds))
 
         return run
 
-    def run(self, n_ticks: int, modes: Any = None) -> None:  # noqa: ANN401 as above
+    def run(self, n_ticks: int, modes: PlacedArray | None = None) -> None:
         """Some ticks of every world in one launch, of which nothing is copied back.
 
         `modes` is a number for each world, int8: STANDS, RUNS, or BEGINS.
         """
         self._launch(self._run, n_ticks, self._modes if modes is None else modes)
 
-    def step(self, modes: Any = None) -> None:  # noqa: ANN401 as above
+    def step(self, modes: PlacedArray | None = None) -> None:
         """One tick of every world, or of those that run."""
         self.run(1, modes)
 
@@ -89,7 +90,7 @@ class DeviceLoop:
         kernels = {name: bind_grid(run_ticks, {**self._functions, **only(name)}) for name in HANDED}
         return {name: partial(self._launch, each, 1, self._modes) for name, each in kernels.items()}
 
-    def _launch(self, kernel: Any, n_ticks: int, modes: Any) -> None:  # noqa: ANN401 as above
+    def _launch(self, kernel: GridKernel, n_ticks: int, modes: PlacedArray) -> None:
         world, layers = self._of(WORLD), self._of(LAYERS)
         n_worlds = self.world.n_worlds
         kernel[self.launch](world, layers, modes, self.trouble, 0, n_worlds, n_ticks)
@@ -187,7 +188,7 @@ class DeviceLoop:
         self._firsts = tuple(map(memory.to_device, (robot, *self.layers.firsts)))
         self._places = memory.empty(shape, np.uint64), memory.empty((*shape, 3), np.float64)
 
-    def _restart(self, seeds: Any, modes: Any) -> None:  # noqa: ANN401 arrays of the GPU
+    def _restart(self, seeds: PlacedArray, modes: PlacedArray) -> None:
         starts = *self._firsts, seeds, *self._places
         world, layers = self._of(WORLD), self._of(LAYERS)
         noise = self.layers.noise

@@ -6,6 +6,7 @@ written in NumPy, which is called between `observe` and `decide` on the arrays o
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -210,7 +211,7 @@ class RunningController(Protocol):
         """Forget everything about one world."""
         ...
 
-    def numbers_in(self, world: int, scenario: BaseScenario) -> Any:  # noqa: ANN401 of the layers
+    def numbers_in(self, world: int, scenario: BaseScenario) -> object:
         """The numbers of one world's layers in another scenario; ConfigError if one has none."""
         ...
 
@@ -287,3 +288,57 @@ class PolicyOverLayers(Controller, Protocol):
     ) -> RunningController:
         """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
         ...
+
+
+@runtime_checkable
+class ChecksScenarios(Protocol):
+    """A controller that is not made for every scenario."""
+
+    def check_supports(self, scenario: BaseScenario) -> None:
+        """ConfigError if it is not made for such a world."""
+        ...
+
+
+@runtime_checkable
+class _Talks(Protocol):
+    talks: bool
+
+
+@runtime_checkable
+class _Privileged(Protocol):
+    is_privileged: bool
+
+
+@runtime_checkable
+class _Everything(Protocol):
+    is_everything: bool
+
+
+@runtime_checkable
+class _ReadsFiles(Protocol):
+    reads: Sequence[Path]
+
+
+def has_talk(controller: object) -> bool:
+    """Whether robots of a controller tell each other what a weighting can weigh; by default yes."""
+    return controller.talks if isinstance(controller, _Talks) else True
+
+
+def is_privileged(controller: object) -> bool:
+    """Whether a controller is an oracle, which knows the ground truth."""
+    return isinstance(controller, _Privileged) and controller.is_privileged
+
+
+def is_everything(controller: object) -> bool:
+    """Whether a controller is a policy that leaves no layer to others."""
+    return isinstance(controller, _Everything) and controller.is_everything
+
+
+def files_read_by(part: object) -> Sequence[Path]:
+    """The files that a part of a controller or world reads, as that of a policy."""
+    return part.reads if isinstance(part, _ReadsFiles) else ()
+
+
+def name_of(controller: Controller | str) -> str:
+    """What a controller is called."""
+    return controller if isinstance(controller, str) else controller.name

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -20,7 +20,8 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, Kernel, RunningController
 from swarm_forage_env.mixed import MixedController, members_of
 from swarm_forage_env.no_layers import estimators_of
-from swarm_forage_env.record import copied_rows
+from swarm_forage_env.parameters import BaseScenario
+from swarm_forage_env.record import Rows, copied_rows
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import (
     World,
@@ -32,6 +33,8 @@ from swarm_forage_env.task import (
 )
 from swarm_forage_env.ticks import RUNS, STAGES, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
+
+EachT = TypeVar("EachT")
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ class Loop(WorldsOnCpu):
 
     def __init__(
         self,
-        scenario: Any,  # noqa: ANN401 of any task; or one for each seed
+        scenario: BaseScenario | Sequence[BaseScenario],
         controller: Controller | Sequence[Controller],
         seeds: Sequence[int],
         physics: str | None = None,
@@ -92,7 +95,7 @@ class Loop(WorldsOnCpu):
         self,
         seeds: Sequence[int],
         worlds: Sequence[int] | None = None,
-        scenarios: Any = None,  # noqa: ANN401 of its task
+        scenarios: BaseScenario | Sequence[BaseScenario] | None = None,
     ) -> None:
         """Start worlds anew, each from its seed: those of these indices, or all.
 
@@ -108,7 +111,7 @@ class Loop(WorldsOnCpu):
         self._begin(which, seeds)
 
     def _reset_under(
-        self, scenarios: Sequence[Any], seeds: Sequence[int], which: Sequence[int]
+        self, scenarios: Sequence[BaseScenario], seeds: Sequence[int], which: Sequence[int]
     ) -> None:
         """Start some worlds anew, each from its seed under another scenario."""
         numbers = self._numbers_under(scenarios, which)
@@ -116,7 +119,7 @@ class Loop(WorldsOnCpu):
         for w, each in zip(which, numbers, strict=True):
             self.controller.renumber(w, each)
 
-    def renumber(self, scenarios: Sequence[Any], which: Sequence[int]) -> None:
+    def renumber(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
         """Give some worlds the numbers of other scenarios, and let all records be.
 
         ConfigError, before anything changes, for what does not fit.
@@ -126,7 +129,7 @@ class Loop(WorldsOnCpu):
         for w, each in zip(which, numbers, strict=True):
             self.controller.renumber(w, each)
 
-    def _numbers_under(self, scenarios: Sequence[Any], which: Sequence[int]) -> list[Any]:
+    def _numbers_under(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> list[Any]:
         """The numbers of the controllers of some worlds; ConfigError for what does not fit."""
         check_fit([self.world.scenarios[w] for w in which], scenarios)
         return [
@@ -194,17 +197,19 @@ class Loop(WorldsOnCpu):
         return self.task.name, self.physics, self._name, world.n_worlds, world.n_robots
 
     @property
-    def exchange(self) -> Any:  # noqa: ANN401 of its task
+    def exchange(self) -> Rows:
         """A copy of what the weighting layer of every robot sees, a row for each.
 
         ConfigError where no robot has one.
         """
-        return copied_rows(estimators_of(self.controller.minds), ("exchange",))
+        exchange: Rows = copied_rows(estimators_of(self.controller.minds), ("exchange",))
+        return exchange
 
     @property
-    def situation(self) -> Any:  # noqa: ANN401 of its task
+    def situation(self) -> Rows:
         """The same of what the motion layer sees of a robot's beliefs."""
-        return copied_rows(estimators_of(self.controller.minds), ("situation",))
+        situation: Rows = copied_rows(estimators_of(self.controller.minds), ("situation",))
+        return situation
 
     def scene(self, which: int = 0) -> Scene:
         """What is drawn of one world as it stands; ConfigError if its task has no drawing."""
@@ -307,17 +312,17 @@ def chunks(n_worlds: int, threads: int) -> list[tuple[int, int]]:
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
-def checked_threads(threads: Any) -> int:  # noqa: ANN401 whatever was given
+def checked_threads(threads: object) -> int:
     """The number of threads; ConfigError for what is none."""
     if isinstance(threads, int) and not isinstance(threads, bool) and threads >= 1:
         return threads
     raise ConfigError(f"threads={threads!r}: must be a whole number, at least 1")
 
 
-def _one_each(given: Any, worlds: Sequence[int]) -> list[Any]:  # noqa: ANN401 scenarios or controllers
+def _one_each(given: EachT | Sequence[EachT], worlds: Sequence[int]) -> list[EachT]:
     """One for each world; ConfigError for a list of another length."""
     if not isinstance(given, list | tuple):
-        return [given] * len(worlds)
+        return [cast(EachT, given)] * len(worlds)
     if len(given) != len(worlds):
         raise ConfigError(f"{len(given)} given for {len(worlds)} worlds: must be one for each")
     return list(given)

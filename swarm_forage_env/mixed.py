@@ -16,11 +16,14 @@ from swarm_forage_env.arrays import Array, Int64, UInt8
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import (
+    ChecksScenarios,
     CompiledLayers,
     Controller,
     PolicyOverLayers,
     RunningController,
     TeamController,
+    has_talk,
+    is_privileged,
 )
 from swarm_forage_env.joined_layers import joined
 from swarm_forage_env.no_layers import has_estimators
@@ -55,7 +58,7 @@ class MixedController:
     @property
     def talks(self) -> bool:
         """Whether any of its robots tells others anything to weigh."""
-        return any(getattr(each, "talks", True) for each in self.members)
+        return any(map(has_talk, self.members))
 
     def with_parameters(self, values: Mapping[str, Any]) -> "MixedController":
         """The same with some parameters of every robot's controller changed."""
@@ -103,7 +106,7 @@ class MixedController:
                 raise ConfigError(
                     f"controller '{each.name}': drives whole swarms only, no robots among others"
                 )
-            if hasattr(each, "check_supports"):
+            if isinstance(each, ChecksScenarios):
                 each.check_supports(scenario)
         if (
             task_of(scenario).is_joint
@@ -128,11 +131,6 @@ def with_members(
     """The same with other controllers of some robots, by number."""
     before = members_of(controller, n_robots)
     return MixedController(tuple(others.get(k, own) for k, own in enumerate(before)))
-
-
-def is_privileged(controller: Controller) -> bool:
-    """Whether the controller is an oracle, which knows the ground truth."""
-    return bool(getattr(controller, "is_privileged", False))
 
 
 def _without_policies(rows: Rows, scenario: BaseScenario) -> list[list[TeamController]]:

@@ -103,7 +103,7 @@ def begin_worlds(
 
 
 @kernel
-def nothing(*arrays: Any) -> None:  # noqa: ANN401 whatever the stage in whose place it is gets
+def nothing(*arrays: object) -> None:
     """Do nothing: stands for a stage of a tick that is not to be run."""
 
 

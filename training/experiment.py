@@ -19,6 +19,7 @@ from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.envs.array_env import check_device
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import files_read_by
 from swarm_forage_env.parameters import leaves
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
@@ -223,7 +224,7 @@ class Experiment:
             identity |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
         identity |= {f"{controller.name} {k}": str(v) for k, v in controller.parameters.items()}
         for layer, part in controller.layers.items():
-            for file in getattr(part, "reads", ()):
+            for file in files_read_by(part):
                 digest = hashlib.sha256(file.read_bytes()).hexdigest()
                 identity[f"{controller.name} {layer}, sha256"] = digest
         return identity

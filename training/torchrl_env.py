@@ -15,7 +15,8 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.envs.render import Frame, title_of
+from swarm_forage_env.envs.notebook import title_of
+from swarm_forage_env.envs.render import Frame
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.scenarios import ScenarioSource

@@ -11,7 +11,8 @@ from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.make import checked_parts
-from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
+from swarm_forage_env.envs.notebook import title_of
+from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.viewer import check_render_mode

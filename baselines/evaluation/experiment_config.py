@@ -19,6 +19,7 @@ from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.interface import files_read_by
 from swarm_forage_env.parameters import Part, leaves
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import SCENARIOS
@@ -114,7 +115,7 @@ class ExperimentConfig:
         )
         files = {file for home in homes for file in home.parent.glob("*.py")}
         files = {each for each in files.union(world.rglob("*.py")) if not _is_unhashed(each, world)}
-        files = files.union(*(getattr(part, "reads", ()) for part in parts))
+        files = files.union(*map(files_read_by, parts))
         files |= _files(self.controller, LayeredController)
         files |= {Path(running.__file__), Path(composition.__file__), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())

@@ -73,7 +73,8 @@ RANGES: Mapping[str, Float | Int] = {
 """The open parameters, SI units: what a robot or its surroundings allow, narrowed to where robots
 forage at all. An arena's `area_distance` is its own, all else holds in every arena."""
 
-PARTS = {each: getattr(SCENARIOS["es1"], each) for each in ("robot", "sensors", "radio")}
+ES1 = SCENARIOS["es1"]
+PARTS = {"robot": ES1.robot, "sensors": ES1.sensors, "radio": ES1.radio}
 LAYERS = {"estimator": SINGLE, "motion": SUBSUMPTION}
 TASKS = {arena: SCENARIOS[arena].task for arena in WORLDS}
 Values = Mapping[str, float]

@@ -16,9 +16,9 @@ from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
 from swarm_forage_env.envs.make import EnvParts, checked_parts
+from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, added, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.envs.render import html_of, title_of
 from swarm_forage_env.envs.rewards import REWARDS, OwnReward
 from swarm_forage_env.envs.stepping import Exchanges, Ticks, Worlds
 from swarm_forage_env.errors import ConfigError, UnknownNameError

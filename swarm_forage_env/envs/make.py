@@ -7,7 +7,7 @@ from typing import NoReturn
 from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.config import EnvConfig, chosen_robots
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.interface import Controller
+from swarm_forage_env.interface import ChecksScenarios, Controller, has_talk, is_everything, name_of
 from swarm_forage_env.mixed import members_of, with_members
 from swarm_forage_env.parameters import BaseScenario, leaves, resolve, validated
 from swarm_forage_env.scenarios import ScenarioSource, find_scenario
@@ -44,9 +44,9 @@ def checked_parts(
         found = _beside_everything(found, controller is not None, config, chosen)
     else:
         _check_leaves_a_layer(found, config, chosen)
-    if hasattr(found, "check_supports"):
+    if isinstance(found, ChecksScenarios):
         found.check_supports(chosen)
-    if config.learn == "weighting" and not getattr(found, "talks", True):
+    if config.learn == "weighting" and not has_talk(found):
         _refuse(found, "nobody talks, so that there is nothing to weigh; choose one that does")
     if config.decision_period is None:
         usual = min(task.policies[config.learn].decision_period, chosen.n_ticks)
@@ -99,7 +99,7 @@ def _check_leaves_a_layer(
     n_robots = scenario.task.n_robots
     members = members_of(controller, n_robots)
     for robot in chosen_robots(config.learners, task_of(scenario).agents(n_robots)):
-        if getattr(members[robot], "is_everything", False):
+        if is_everything(members[robot]):
             _refuse(
                 members[robot],
                 f"is everything, so that it leaves no layer of robot {robot} to learn; give it to"
@@ -119,7 +119,7 @@ def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> Ba
 
 
 def _refuse(controller: Controller, why: str) -> NoReturn:
-    raise ConfigError(f"controller '{getattr(controller, 'name', controller)}': {why}")
+    raise ConfigError(f"controller '{name_of(controller)}': {why}")
 
 
 def _check_exchanges(config: EnvConfig) -> None:

@@ -266,7 +266,7 @@ class Observing:
         context = ObservationContext(
             robots=at["robots"],
             worlds=at["worlds"],
-            minds=self._place.estimators,
+            minds=cast("Array | None", self._place.estimators),
             time_left=share,
             last_action=actions,
             streams=self._streams,

@@ -1,18 +1,16 @@
 """Pictures of environments: not at all, in a window, as frames, or in a notebook."""
 
-import html
-from collections.abc import Sequence
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from swarm_forage_env.arrays import Array, UInt8
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.rendering.viewer import RENDER_MODES, Viewer
 from swarm_forage_env.task import World, stage_of, task_of
 
 if TYPE_CHECKING:
-    from swarm_forage_env.envs.array_env import ArrayEnv
     from swarm_forage_env.rendering.window import Window
 
 Frame = UInt8[Array, "height width 3"]
@@ -30,7 +28,7 @@ class EnvRenderer:
     ConfigError for a window on several worlds, and for a world that cannot be drawn.
     """
 
-    def __init__(self, env: "ArrayEnv", mode: str | None, moved_by: str) -> None:
+    def __init__(self, env: ArrayEnv, mode: str | None, moved_by: str) -> None:
         self._env, self._mode, self._moved_by = env, mode, moved_by
         self._views: list[Viewer] = []
         if mode is None:
@@ -44,10 +42,10 @@ class EnvRenderer:
         stage = stage_of(env.world.scenario, moved_by)
         self._views = [Viewer(stage, mode) for _ in range(n_worlds)]
 
-    def __getstate__(self) -> tuple["ArrayEnv", str | None, str]:
+    def __getstate__(self) -> tuple[ArrayEnv, str | None, str]:
         return self._env, self._mode, self._moved_by
 
-    def __setstate__(self, state: tuple["ArrayEnv", str | None, str]) -> None:
+    def __setstate__(self, state: tuple[ArrayEnv, str | None, str]) -> None:
         EnvRenderer.__init__(self, *state)
 
     def draw(self) -> list[Frame | None]:
@@ -84,10 +82,10 @@ class EnvRenderer:
 class ShownEnv:
     """What the APIs of PettingZoo and Gymnasium have in common: an `ArrayEnv` and its pictures."""
 
-    array_env: "ArrayEnv"
+    array_env: ArrayEnv
     metadata: dict[str, object]
 
-    def _show(self, env: "ArrayEnv", render_mode: str | None, controller: object) -> None:
+    def _show(self, env: ArrayEnv, render_mode: str | None, controller: object) -> None:
         self.array_env, self.render_mode = env, render_mode
         self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
         self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
@@ -110,55 +108,3 @@ class ShownEnv:
 
     def _repr_html_(self) -> str:
         return self._screen.html(type(self).__name__)
-
-
-def title_of(controller: object, env: "ArrayEnv") -> str:
-    """What moves the robots, as the title of a picture says it: a controller, or several."""
-    learn = env.config.learn
-    if learn == "everything":
-        return "policy"
-    if isinstance(controller, list | tuple):
-        names = dict.fromkeys(str(getattr(each, "name", each)) for each in controller)
-        return f"{', '.join(names)}, policy for {learn}"
-    name = getattr(controller, "name", controller) or env.task.controller
-    return f"{name}, policy for {learn}"
-
-
-def html_of(env: "ArrayEnv", kind: str, moved_by: str) -> str:
-    """The HTML of an environment of some API; of several worlds the first is drawn.
-
-    The picture is there once an episode has begun, and where pygame is installed.
-    """
-    config, world = env.config, env.world
-    learners = len(env.learners)
-    facts = [
-        ("scenario", f"{world.scenario.name} ({env.task.name}), {moved_by}"),
-        ("worlds, robots", f"{world.n_worlds} of {world.n_robots}, {learners} of which learn"),
-        ("engine", env.loop.physics),
-        ("decision", f"every {config.period} ticks of {world.scenario.tick:g} s"),
-        ("episode", f"{env.max_cycles} decisions"),
-        ("reward", getattr(config.reward, "__name__", str(config.reward))),
-        ("action", f"{env.action_space}: {', '.join(env.action_layout.names)}"),
-        ("observation", f"{len(env.observation_layout)} numbers"),
-    ]
-    layout = env.observation_layout._repr_html_()
-    details = f"<details><summary>what is observed</summary>{layout}</details>"
-    return f"<div><b>{html.escape(kind)}</b>{_picture(env, moved_by)}{_rows(facts)}{details}</div>"
-
-
-def _picture(env: "ArrayEnv", moved_by: str) -> str:
-    """The first world as it stands; nothing where it cannot be drawn, or has not begun."""
-    has_begun = bool(env.episodes.ends.any())
-    if not has_begun or env.task.scene is None or find_spec("pygame") is None:
-        return ""
-    frame = Viewer(stage_of(env.world.scenario, moved_by), "rgb_array").draw(env.loop.scene(0))
-    return f"<div>{frame._repr_html_()}</div>"  # type: ignore[union-attr]
-
-
-def _rows(facts: Sequence[tuple[str, str]]) -> str:
-    cells = (
-        f'<tr><th style="text-align:left">{html.escape(name)}</th>'
-        f'<td style="text-align:left">{html.escape(value)}</td></tr>'
-        for name, value in facts
-    )
-    return f"<table>{''.join(cells)}</table>"

@@ -86,7 +86,7 @@ class EpuckWorld(World):
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
         self.take_over(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
-        self._is_python = hasattr(type(self._physics), "move")
+        self._is_python = isinstance(self._physics, PythonPhysics)
         self.reset(seeds)
 
     @staticmethod

@@ -9,10 +9,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from baselines.oracles.controllers import NAMED, Oracle
 from baselines.oracles.oracle import OracleWeighting, moved
 from swarm_forage_env import ConfigError, parallel_env
-from swarm_forage_env.controllers import find_controller, is_privileged
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import REPLACE
+from swarm_forage_env.interface import REPLACE, is_privileged
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES

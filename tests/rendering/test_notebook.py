@@ -80,7 +80,7 @@ def test_without_pygame_the_numbers_remain(monkeypatch):
     env = parallel_env(**few)
     env.reset(seed=1)
     monkeypatch.setitem(sys.modules, "pygame", None)
-    monkeypatch.setattr("swarm_forage_env.envs.render.find_spec", lambda name: None)
+    monkeypatch.setattr("swarm_forage_env.envs.notebook.find_spec", lambda name: None)
     page = env._repr_html_()
     assert pictures(page) == []
     assert "situation.target.x" in page

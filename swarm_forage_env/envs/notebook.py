@@ -1,0 +1,92 @@
+"""What a notebook shows of an environment: a picture of this moment, and a table."""
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.util import find_spec
+from typing import Protocol
+
+from gymnasium.spaces import Space
+
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.episodes import Episodes
+from swarm_forage_env.interface import Controller
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.rendering.viewer import Viewer
+from swarm_forage_env.spaces import Layout
+from swarm_forage_env.task import Task, World, stage_of
+
+
+class Shown(Protocol):
+    """What a notebook shows of an `ArrayEnv`."""
+
+    config: EnvConfig
+    task: Task
+    loop: Loop
+    episodes: Episodes
+    learners: list[str]
+    max_cycles: int
+    observation_layout: Layout
+    action_layout: Layout
+
+    @property
+    def world(self) -> World:
+        """The worlds of the robots."""
+        ...
+
+    @property
+    def action_space(self) -> Space[object]:
+        """The actions of one learner."""
+        ...
+
+
+def title_of(controller: object, env: Shown) -> str:
+    """What moves the robots, as the title of a picture says it: a controller, or several."""
+    learn = env.config.learn
+    if learn == "everything":
+        return "policy"
+    several = controller.values() if isinstance(controller, Mapping) else controller
+    each = several if isinstance(several, Iterable) and not isinstance(several, str) else [several]
+    names = dict.fromkeys(
+        one.name if isinstance(one, Controller) else str(one or env.task.controller) for one in each
+    )
+    return f"{', '.join(names)}, policy for {learn}"
+
+
+def html_of(env: Shown, kind: str, moved_by: str) -> str:
+    """The HTML of an environment of some API; of several worlds the first is drawn.
+
+    The picture is there once an episode has begun, and where pygame is installed.
+    """
+    config, world = env.config, env.world
+    learners = len(env.learners)
+    facts = [
+        ("scenario", f"{world.scenario.name} ({env.task.name}), {moved_by}"),
+        ("worlds, robots", f"{world.n_worlds} of {world.n_robots}, {learners} of which learn"),
+        ("engine", env.loop.physics),
+        ("decision", f"every {config.period} ticks of {world.scenario.tick:g} s"),
+        ("episode", f"{env.max_cycles} decisions"),
+        ("reward", getattr(config.reward, "__name__", str(config.reward))),
+        ("action", f"{env.action_space}: {', '.join(env.action_layout.names)}"),
+        ("observation", f"{len(env.observation_layout)} numbers"),
+    ]
+    layout = env.observation_layout._repr_html_()
+    details = f"<details><summary>what is observed</summary>{layout}</details>"
+    return f"<div><b>{html.escape(kind)}</b>{_picture(env, moved_by)}{_rows(facts)}{details}</div>"
+
+
+def _picture(env: Shown, moved_by: str) -> str:
+    """The first world as it stands; nothing where it cannot be drawn, or has not begun."""
+    has_begun = bool(env.episodes.ends.any())
+    if not has_begun or env.task.scene is None or find_spec("pygame") is None:
+        return ""
+    frame = Viewer(stage_of(env.world.scenario, moved_by), "rgb_array").draw(env.loop.scene(0))
+    return f"<div>{frame._repr_html_()}</div>"  # type: ignore[union-attr]
+
+
+def _rows(facts: Sequence[tuple[str, str]]) -> str:
+    cells = (
+        f'<tr><th style="text-align:left">{html.escape(name)}</th>'
+        f'<td style="text-align:left">{html.escape(value)}</td></tr>'
+        for name, value in facts
+    )
+    return f"<table>{''.join(cells)}</table>"
