@@ -102,7 +102,7 @@ test-targets: $(READY)  ## ticks in WebAssembly and on an emulated Cortex-M4; sk
 	$(BIN)/python -m pip install -qq --constraint constraints.txt ziglang
 	$(BIN)/pytest -m 'not slow' tests/targets
 
-ladder: .venv-torchrl/.ready  ## train on all rungs of the ladder, and write docs/ladder.md (a night)
+ladder: .venv-torchrl/.ready  ## train what is missing of the ladder, telling the time left, and write docs/ladder.md (a night)
 	.venv-torchrl/bin/swarm-forage benchmark cards --missing --workers $(WORKERS)
 	.venv-torchrl/bin/swarm-forage benchmark ladder --workers $(WORKERS) --page docs/ladder.md
 

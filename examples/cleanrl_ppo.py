@@ -13,6 +13,7 @@ Source: Schulman2017 (PPO), Schulman2016 (GAE).
 """
 
 import argparse
+import math
 import time
 import warnings
 from collections.abc import Sequence
@@ -55,6 +56,7 @@ class Options:
     batch: int = 1024
     learning_rate: float = 3e-4
     clip: float = 0.2
+    value_clip: float = math.inf  # how far a value moves in an iteration
     value_weight: float = 0.5
     max_gradient: float = 0.5
     episodes: int = 10  # held-out ones
@@ -158,6 +160,14 @@ def collect(
     return seen, now, float(trips)
 
 
+def value_error(values: Tensor, part: dict[str, Tensor], clip: float) -> Tensor:
+    """The mean squared error of values; of one farther than `clip` from before, the greater."""
+    before = part["returns"] - part["advantages"]
+    near = values.clamp(before - clip, before + clip)
+    errors = ((each - part["returns"]).square() for each in (values, near))
+    return torch.maximum(*errors).mean()
+
+
 def update(agent: Agent, optimiser: torch.optim.Adam, seen: Rollout, options: Options) -> float:
     """Several epochs of clipped policy gradient over a rollout; the last loss."""
     flat = {field.name: getattr(seen, field.name).flatten(0, 1) for field in fields(seen)}
@@ -172,10 +182,10 @@ def update(agent: Agent, optimiser: torch.optim.Adam, seen: Rollout, options: Op
             advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
             clipped = ratio.clamp(1.0 - options.clip, 1.0 + options.clip)
             gain = torch.minimum(ratio * advantages, clipped * advantages).mean()
-            error = (agent.value(part["observed"]) - part["returns"]).square().mean()
+            error = value_error(agent.value(part["observed"]), part, options.value_clip)
             loss = options.value_weight * error - gain
             optimiser.zero_grad()
-            loss.backward()
+            loss.backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(agent.parameters(), options.max_gradient)
             optimiser.step()
     return loss.item()

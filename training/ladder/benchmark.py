@@ -9,11 +9,18 @@ from typing import Protocol, cast
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
+from baselines.papers.reproduction import format_duration
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.extras import remedy
 from training.ladder.play import Watch, play, seeds_of_tests
 from training.ladder.rungs import Algorithm, Keywords, Rung
 from training.ladder.runs import Job, Run, find, keep, versions
 
-TRAINERS = {"sb3": "training.ladder.sb3_trainer", "benchmarl": "training.ladder.benchmarl_trainer"}
+TRAINERS = {
+    "sb3": "training.ladder.sb3_trainer",
+    "cleanrl": "training.ladder.cleanrl_trainer",
+    "benchmarl": "training.ladder.benchmarl_trainer",
+}
 """The module that trains by each library: imported where it is used."""
 
 
@@ -32,6 +39,20 @@ def trainer_of(algorithm: Algorithm) -> Trainer:
     return cast(Trainer, importlib.import_module(TRAINERS[algorithm.trainer]))
 
 
+def installed(algorithms: Sequence[Algorithm]) -> list[Algorithm]:
+    """Those whose library is there; a line says which are left out, and what would install it."""
+    there = []
+    for algorithm in algorithms:
+        try:
+            trainer_of(algorithm)
+        except (ModuleNotFoundError, ConfigError) as error:
+            install = remedy(error.name) if isinstance(error, ModuleNotFoundError) else None
+            say(f"{algorithm.name} is left out: {error}{f'; {install}' if install else ''}")
+        else:
+            there.append(algorithm)
+    return there
+
+
 def jobs_of(
     rungs: Sequence[Rung], algorithms: Sequence[Algorithm], seeds: int, budget: int | None
 ) -> list[Job]:
@@ -44,21 +65,28 @@ def jobs_of(
     ]
 
 
-def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend) -> None:
-    """Make the runs that are missing: a line for each, a bar if stderr is a terminal."""
-    todo = [job for job in jobs if find(job, out) is None]
-    say(f"{len(jobs) - len(todo)} of {len(jobs)} runs found in {out}, {len(todo)} to make")
+def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend, kept: Sequence[Run] = ()) -> None:
+    """Make the runs that are neither in a folder nor kept: a line for each tells the time left.
+
+    There is a bar too if stderr is a terminal.
+    """
+    todo = [job for job in jobs if find(job, out, kept) is None]
+    n_found = f"{len(jobs) - len(todo)} of {len(jobs)} runs"
+    say(f"{n_found} found in {out}{' and kept' * bool(kept)}, {len(todo)} to make")
     for algorithm in {job.algorithm.name: job.algorithm for job in todo}.values():
         trainer_of(algorithm)  # tells early what is missing
-    begin = time.monotonic()
+    begin, done, in_all = time.monotonic(), 0, sum(job.robot_steps for job in todo)
     with progress_bar("runs") as progress, closing(backend.run(make, todo)) as finished:
         bar = progress.add_task("", total=len(todo))
         for run in finished:
             keep(run, run.file(out))
             progress.advance(bar)
+            done += run.robot_steps
+            left = (time.monotonic() - begin) * (in_all - done) / done
             say(
                 f"{run.rung}, {run.algorithm}, seed {run.seed}: {run.score:.1f} after"
-                f" {run.robot_steps / 1e6:g} M robot-steps in {run.train_s:.0f} s"
+                f" {run.robot_steps / 1e6:g} M robot-steps in {run.train_s:.0f} s;"
+                f" about {format_duration(left)} left"
             )
     say(f"done in {time.monotonic() - begin:.0f} s")
 

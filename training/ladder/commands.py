@@ -22,8 +22,16 @@ benchmark = typer.Typer(
     no_args_is_help=True,
 )
 
-DEFAULTS = ("sb3_ppo", "sb3_ppo_defaults", "sb3_sac", "sb3_dqn")
-"""The algorithms that `defaults` trains."""
+OutOption = Annotated[Path, Option(parser=path, help="Folder of the runs.")]
+KeptOption = Annotated[
+    Path, Option(parser=path, help="Parquet file of kept runs, read if it is there.")
+]
+PageOption = Annotated[
+    Path | None,
+    Option(parser=path, help="Write a page of all runs (.md), its figures beside it, and --kept."),
+]
+
+RUNS, KEPT = Path("runs/ladder"), Path("docs/data/ladder.parquet")
 
 Rungs = Annotated[
     list[str] | None, Option("--rung", metavar="NAME", help="Only this one; may be repeated.")
@@ -85,40 +93,35 @@ def ladder(  # noqa: PLR0913 the options of a command
         int | None, Option(min=1, help="Robot-steps of a training.", show_default="the rung's")
     ] = None,
     workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
-    out: Annotated[Path, Option(parser=path, help="Folder of the runs.")] = Path("runs/ladder"),
-    page: Annotated[
-        Path | None,
-        Option(parser=path, help="Write a page of all runs (.md), with its figures beside it."),
-    ] = None,
+    out: OutOption = RUNS,
+    kept: KeptOption = KEPT,
+    page: PageOption = None,
     backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
     """Train algorithms on rungs from scratch, score them in test worlds, and draw their curves.
 
-    Every run is kept in --out as soon as it has ended; the same command later makes only those
-    that are missing. There is also one file for marl-eval of all runs, OUT/marl_eval.json.
+    Every run is written to --out as soon as it has ended; the same command later makes only those
+    that are neither there nor kept. There is also one file for marl-eval of all runs,
+    OUT/marl_eval.json.
     """
-    from baselines.evaluation.console import check_file
     from training.ladder.benchmark import jobs_of, run_jobs
     from training.ladder.rungs import find_algorithms, find_named, read_rungs
-    from training.ladder.runs import marl_eval, read_runs, write_json
+    from training.ladder.runs import read_kept
 
     known = read_rungs()
     chosen, trained = find_named("rung", rungs, known), find_algorithms(algorithms)
-    if page:
-        check_file("--page", page, [".md"])
+    _check_page(page, kept)
+    before = read_kept(kept)
     for rung in chosen if seeds else ():
         rung.normalised(0.0)  # tells early that its card has no scores
     spread = find_backend(backend, workers, address=address)
-    run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread)
-    runs = read_runs(out, list(known.values()), find_algorithms(None))
-    write_json(marl_eval(runs), out / "marl_eval.json")
-    if page:
-        _check_loses_nothing(page, len(runs), out)
-        _write_page(page, list(known.values()), runs, out)
-    for run in read_runs(out, chosen, trained):
-        normalised = known[run.rung].normalised(run.score)
-        typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
+    run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread, before)
+    shown = {rung.name for rung in chosen}, {algorithm.name for algorithm in trained}
+    for run in _tell(page, out, kept, before):
+        if run.rung in shown[0] and run.algorithm in shown[1]:
+            normalised = known[run.rung].normalised(run.score)
+            typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
 
 
 @benchmark.command()
@@ -126,47 +129,86 @@ def ladder(  # noqa: PLR0913 the options of a command
 def defaults(
     seeds: Annotated[int, Option(min=1, help="Trainings of each.")] = 10,
     workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
-    out: Annotated[Path, Option(parser=path, help="Folder of the runs.")] = Path("runs/ladder"),
+    out: OutOption = RUNS,
+    kept: KeptOption = KEPT,
+    page: PageOption = None,
 ) -> None:
     """What trainers learn by their libraries' defaults on es1, from round trips alone.
 
-    PPO, SAC and DQN of stable-baselines3, and PPO with a rollout of 128 decisions of 80 robots. The
-    runs are kept in --out, as those of the ladder, whose rung es1 they are.
+    PPO, SAC and DQN of stable-baselines3, PPO with a rollout of 128 decisions of 80 robots, PPO in
+    CleanRL's style, and, where it is installed, MAPPO and IPPO of BenchMARL. The runs are those of
+    the ladder, whose rung es1 they are, and so is --page.
     """
     from rich.console import Console
 
-    from training.ladder.benchmark import jobs_of, run_jobs
-    from training.ladder.page import results_table
-    from training.ladder.rungs import find_algorithms, read_rungs
-    from training.ladder.runs import read_runs
+    from training.ladder.benchmark import installed, jobs_of, run_jobs
+    from training.ladder.page import defaults_table
+    from training.ladder.rungs import DEFAULTS, find_algorithms, read_rungs
+    from training.ladder.runs import read_kept
 
-    rung, algorithms = read_rungs()["es1"], find_algorithms(DEFAULTS)
-    run_jobs(jobs_of([rung], algorithms, seeds, None), out, find_backend("joblib", workers))
-    Console().print(results_table(rung, read_runs(out, [rung], algorithms)))
+    _check_page(page, kept)
+    before, rung = read_kept(kept), read_rungs()["es1"]
+    jobs = jobs_of([rung], installed(find_algorithms(DEFAULTS)), seeds, None)
+    run_jobs(jobs, out, find_backend("joblib", workers), before)
+    runs = _tell(page, out, kept, before)
+    own = [run for run in runs if run.rung == rung.name and run.algorithm in DEFAULTS]
+    Console().print(defaults_table(rung, own))
 
 
-def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:
-    """ConfigError if a page reports more runs than there are now."""
+def _check_page(page: Path | None, kept: Path) -> None:
+    """ConfigError if a page cannot be written, or is of runs that are not kept."""
+    from baselines.evaluation.console import check_file
     from swarm_forage_env.errors import ConfigError
-    from training.ladder.page import runs_told_of
 
-    n_before = runs_told_of(page.read_text("utf-8")) if page.exists() else 0
-    if n_before > n_runs:
+    if page is None:
+        return
+    check_file("--page", page, [".md"])
+    if page.exists() and not kept.exists():
         raise ConfigError(
-            f"--page={page}: tells of {n_before} runs, and {out} holds {n_runs} of the rungs as"
-            " they are now, so that results would be lost; name the folder of those runs by --out,"
-            " or another page"
+            f"--page={page}: is there already, and --kept={kept} is not, so that what it tells of"
+            " would be lost; name the file of its runs by --kept, another page, or move it away"
         )
 
 
-def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out: Path) -> None:
+def _tell(page: Path | None, out: Path, kept: Path, before: "Sequence[Run]") -> "Sequence[Run]":
+    """All runs as they are configured now: as a file for marl-eval, kept and told on the page."""
+    from training.ladder.rungs import find_algorithms, read_rungs
+    from training.ladder.runs import marl_eval, read_runs, write_json, write_kept
+
+    rungs = list(read_rungs().values())
+    runs = read_runs(out, rungs, find_algorithms(None), before)
+    write_json(marl_eval(runs), out / "marl_eval.json")
+    if page:
+        _check_loses_nothing(kept, before, runs)
+        write_kept(runs, kept)
+        command = ["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--kept={kept}"]
+        _write_page(page, rungs, runs, shlex.join([*command, f"--page={page}"]))
+    return runs
+
+
+def _check_loses_nothing(kept: Path, before: "Sequence[Run]", runs: "Sequence[Run]") -> None:
+    """ConfigError if a kept run is missing now, or was longer."""
+    from swarm_forage_env.errors import ConfigError
+
+    now = {run.identity: run.robot_steps for run in runs}
+    lost = [run for run in before if now.get(run.identity, 0) < run.robot_steps]
+    if lost:
+        first = lost[0]
+        raise ConfigError(
+            f"--kept={kept}: {len(lost)} of its {len(before)} runs would be lost, the first of"
+            f" {first.rung}, {first.algorithm}, seed {first.seed}: it is of another configuration"
+            f" than the rung's now, or longer than that of --out ({first.robot_steps} robot-steps);"
+            " train it again, or name another file"
+        )
+
+
+def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", command: str) -> None:
     from baselines.evaluation.figure_page import check_plot, save_figure
     from swarm_forage_env.atomic_write import write_atomically
     from training.ladder import page as pages
     from training.ladder.figures import curves, profiles
     from training.ladder.runs import by_rung
 
-    command = shlex.join(["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--page={page}"])
     folder, groups = page.parent / "images" / "ladder", by_rung(rungs, runs)
     drawn = {
         rung.name: curves(rung, groups[rung.name], command) for rung in rungs if rung.name in groups

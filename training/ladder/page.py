@@ -1,6 +1,6 @@
 """The page of the ladder: cards, tables and figures in Markdown."""
 
-import re
+import statistics
 from collections.abc import Collection, Sequence
 from importlib.resources import files
 from string import Template
@@ -9,10 +9,12 @@ from rich.table import Table
 
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
-from training.ladder.rungs import RANDOM, Rung, Score, title_of
+from training.ladder.rungs import DEFAULTS, RANDOM, Rung, Score, title_of
 from training.ladder.runs import Row, Run, by_algorithm, by_rung, over_all, rows_of, score_word
 
 PROFILE = "profile"  # the name of the figure of all rungs
+
+BAR = "ssgikf"  # the hand-written controller that a default should beat
 
 MILLION = 1e6
 
@@ -31,6 +33,7 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
         cards=cards_table(rungs, groups),
         rungs="\n\n".join(_rung(rung, groups[rung.name]) for rung in rungs if rung.name in groups),
         together=_together(rungs, runs),
+        defaults=_defaults(rungs, runs),
         made=_made(rungs, runs),
     )
 
@@ -69,17 +72,6 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     return "\n\n".join(parts)
 
 
-def results_table(rung: Rung, runs: Sequence[Run]) -> Table:
-    """What was learned on a rung, a line for each algorithm, for a terminal."""
-    table = Table(box=None, padding=(0, 2, 0, 0))
-    heads = ("algorithm", score_word(rung), "normalised", "worst seed", "by chance", "n")
-    for heading in (*heads, "robot-steps", "time"):
-        table.add_column(heading, justify="left" if heading == "algorithm" else "right")
-    for row in rows_of(rung, runs):
-        table.add_row(title_of(row.algorithm), *_learned(row)[1:])
-    return table
-
-
 def _reference(rung: Rung, name: str) -> tuple[str, ...]:
     score = rung.card.scores[name]
     n = f"{score.episodes} episodes"
@@ -112,6 +104,47 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     return f"{markdown(heads, lines)}\n\n{words}\n\n![Profiles](images/ladder/{PROFILE}.png)"
 
 
+def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:
+    """Heads, and of each algorithm every seed's score, the median, the least, and how many beat
+    the hand-written `ssgikf`."""
+    bar = rung.card.scores[BAR].mean
+    lines = []
+    for algorithm, own in by_algorithm(runs).items():
+        scores = [run.score for run in own]
+        lines.append((
+            title_of(algorithm),
+            " ".join(f"{score:.0f}" for score in scores),
+            " ".join(f"{run.score_by_chance:.0f}" for run in own),
+            f"{statistics.median(scores):.1f}",
+            f"{min(scores):.1f}",
+            f"{sum(score > bar for score in scores)} of {len(own)}",
+            _millions(own[0].robot_steps),
+            format_duration(statistics.median(run.train_s for run in own)),
+        ))  # fmt: skip
+    heads = (
+        "algorithm", "score of each seed", "by chance", "median", "least",
+        f"above {BAR}", "robot-steps", "time",
+    )  # fmt: skip
+    return [heads, *sorted(lines, key=lambda line: -float(line[3]))]
+
+
+def defaults_table(rung: Rung, runs: Sequence[Run]) -> Table:
+    """The same for a terminal."""
+    heads, *lines = defaults_lines(rung, runs)
+    table = Table(*heads, box=None, padding=(0, 2, 0, 0))
+    for line in lines:
+        table.add_row(*line)
+    return table
+
+
+def _defaults(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
+    own = [run for run in runs if run.rung == "es1" and run.algorithm in DEFAULTS]
+    if not own:
+        return "Nothing was run yet."
+    heads, *lines = defaults_lines(next(rung for rung in rungs if rung.name == "es1"), own)
+    return markdown(heads, lines)
+
+
 def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     """How many runs, how long they took, with which versions."""
     if not runs:
@@ -129,12 +162,6 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     in_all = f"{_counted(len(runs), 'run')}, {format_duration(seconds)} of training in all"
     head = f"{in_all}, with {versions}:"
     return "\n".join([head, "", *lines])
-
-
-def runs_told_of(text: str) -> int:
-    """How many runs a page was made of, as `_made` says."""
-    match = re.search(r"^(\d+) runs?, .* of training in all", text, re.MULTILINE)
-    return int(match[1]) if match else 0
 
 
 def best_shown(rung: Rung) -> str:

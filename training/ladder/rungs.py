@@ -21,6 +21,11 @@ Keywords = Mapping[str, Any]
 
 ALGORITHMS = Path(__file__).parent / "algorithms"
 
+DEFAULTS = (
+    "cleanrl_ppo", "ippo", "mappo", "sb3_dqn", "sb3_ppo", "sb3_ppo_defaults", "sb3_sac",
+)  # fmt: skip
+"""The algorithms that `benchmark defaults` trains."""
+
 NamedT = TypeVar("NamedT")
 
 RANDOM = "random"
@@ -146,9 +151,11 @@ class Algorithm(Part):
 
     name: str = Field("", description="That of its file")
     title: str = Field("", description="Its name on figures and pages")
-    trainer: Literal["sb3", "benchmarl"] = Field("sb3", description="The library that trains it")
-    algorithm: str = Field("", description="Its name in the library; none: PPO (sb3)")
-    worlds: Count = Field(8, description="Worlds side by side (sb3)")
+    trainer: Literal["sb3", "cleanrl", "benchmarl"] = Field(
+        "sb3", description="The library that trains it"
+    )
+    algorithm: str = Field("", description="Its name in the library; none: PPO")
+    worlds: Count = Field(8, description="Worlds side by side (not BenchMARL)")
     settings: Keywords = Field(
         default_factory=dict, description="Keywords of PPO, or of BenchMARL's algorithm"
     )

@@ -1,9 +1,10 @@
-"""Runs: one for each rung, algorithm and seed, kept in a file of its own.
+"""Runs: one for each rung, algorithm and seed, in a file of its own as soon as it has ended.
 
     OUT/near/mappo/seed0.json
 
 Files are written atomically, so that a benchmark killed at any moment goes on with the runs that
-are missing. Nothing of a run that was under way is kept.
+are missing. Nothing of a run that was under way is kept. The runs that a page tells of are kept
+beside it in one Parquet file, a row each, which stands in the repository.
 """
 
 import hashlib
@@ -17,13 +18,38 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
+from baselines.evaluation.dataset import DamagedFileError, read_table
 from baselines.evaluation.statistics import Estimate, iqm_interval
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
 from training.ladder.play import Point
 from training.ladder.rungs import Algorithm, Rung
+
+SCORES = pa.list_(pa.float64())
+POINT = {"robot_steps": pa.int64(), "wall_s": pa.float64(), "scores": SCORES}
+COLUMNS = pa.schema(
+    {
+        "rung": pa.string(),
+        "algorithm": pa.string(),
+        "seed": pa.int64(),
+        "key": pa.string(),
+        "config": pa.string(),
+        "robot_steps": pa.int64(),
+        "train_s": pa.float64(),
+        "curve": pa.list_(pa.struct(POINT)),
+        "scores": SCORES,
+        "scores_by_chance": SCORES,
+        "versions": pa.string(),
+    }
+)
+"""What the Parquet file holds of a run: its fields."""
+
+AS_JSON = ("config", "versions")
+"""Fields that are trees, which the Parquet file holds as JSON."""
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "torch", "stable-baselines3", "torchrl", "benchmarl")
 
@@ -88,9 +114,19 @@ class Run:
         return out / self.rung / self.algorithm / f"seed{self.seed}.json"
 
     @property
+    def identity(self) -> tuple[str, str, int]:
+        """What tells it from other runs: rung, algorithm and seed."""
+        return self.rung, self.algorithm, self.seed
+
+    @property
     def score(self) -> float:
         """The mean over the test episodes."""
         return float(np.mean(self.scores))
+
+    @property
+    def score_by_chance(self) -> float:
+        """The same of the stochastic policy."""
+        return float(np.mean(self.scores_by_chance))
 
 
 def keep(run: Run, file: Path) -> None:
@@ -103,11 +139,13 @@ def write_json(tree: Mapping[str, object], file: Path) -> None:
     write_atomically(file, (json.dumps(tree, indent=1) + "\n").encode())
 
 
-def find(job: Job, out: Path) -> Run | None:
-    """The kept run of a job, if it is of this configuration and length."""
-    run = read_run(job.file(out))
-    is_same = run is not None and (run.key, run.robot_steps) == (job.key, job.robot_steps)
-    return run if is_same else None
+def find(job: Job, out: Path, kept: Sequence[Run] = ()) -> Run | None:
+    """The run of a job in a folder or among kept ones, of this configuration and length."""
+    wanted = (job.rung.name, job.algorithm.name, job.seed, job.key, job.robot_steps)
+    for run in (read_run(job.file(out)), *kept):
+        if run is not None and (*run.identity, run.key, run.robot_steps) == wanted:
+            return run
+    return None
 
 
 def read_run(file: Path) -> Run | None:
@@ -120,15 +158,41 @@ def read_run(file: Path) -> Run | None:
         raise ConfigError(f"{file}: is no run of the ladder; move it away") from None
 
 
-def read_runs(out: Path, rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> list[Run]:
-    """The kept runs of these rungs and algorithms, of any length, as they are configured now."""
-    kept = []
+def read_runs(
+    out: Path, rungs: Sequence[Rung], algorithms: Sequence[Algorithm], kept: Sequence[Run] = ()
+) -> list[Run]:
+    """The runs of these rungs and algorithms, of any length, as they are configured now.
+
+    They are those of a folder and kept ones; of two of a seed that of the folder.
+    """
+    found: list[Run] = []
     for rung, algorithm in product(rungs, algorithms):
         job = Job(rung, algorithm, 0)
-        runs = map(read_run, job.file(out).parent.glob("seed*.json"))
-        alike = (run for run in runs if run is not None and run.key == job.key)
-        kept += sorted(alike, key=lambda run: run.seed)
-    return kept
+        own = [run for run in kept if run.identity[:2] == (rung.name, algorithm.name)]
+        runs = (*own, *map(read_run, job.file(out).parent.glob("seed*.json")))
+        alike = {run.seed: run for run in runs if run is not None and run.key == job.key}
+        found += [alike[seed] for seed in sorted(alike)]
+    return found
+
+
+def read_kept(file: Path) -> list[Run]:
+    """The runs of a Parquet file; none if there is no file, ConfigError if it holds no runs."""
+    if not file.exists():
+        return []
+    try:
+        rows = read_table(file.read_bytes()).to_pylist()
+        return [Run(**row | {name: json.loads(row[name]) for name in AS_JSON}) for row in rows]
+    except (DamagedFileError, KeyError, TypeError, ValueError):
+        raise ConfigError(f"{file}: holds no runs of the ladder; move it away") from None
+
+
+def write_kept(runs: Sequence[Run], file: Path) -> None:
+    """Write runs to a Parquet file, whole or not at all."""
+    rows = [vars(run) | {name: json.dumps(vars(run)[name]) for name in AS_JSON} for run in runs]
+    content = pa.BufferOutputStream()
+    table = pa.Table.from_pylist(rows, COLUMNS)
+    pq.write_table(table, content, compression="zstd", write_page_checksum=True)
+    write_atomically(file, content.getvalue().to_pybytes())
 
 
 def versions() -> dict[str, str]:
@@ -193,7 +257,7 @@ def rows_of(rung: Rung, runs: Sequence[Run]) -> list[Row]:
     rows = []
     for algorithm, own in by_algorithm(runs).items():
         score = iqm_interval([[run.score for run in own]])
-        by_chance = iqm_interval([[float(np.mean(run.scores_by_chance)) for run in own]])
+        by_chance = iqm_interval([[run.score_by_chance for run in own]])
         assert score is not None
         assert by_chance is not None
         worst, robot_steps = min(run.score for run in own), max(run.robot_steps for run in own)

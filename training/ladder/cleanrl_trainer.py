@@ -1,0 +1,64 @@
+"""Train by the PPO of one file, `examples/cleanrl_ppo.py`, as CleanRL does: its rate anneals.
+
+Other than in CleanRL observations and rewards are not normalised, as observations are within -1
+and 1 already, and the end of an episode, which is its time, is bootstrapped.
+"""
+
+import copy
+from dataclasses import replace
+
+import torch
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.errors import ConfigError
+from training.ladder.play import Act, Watch
+from training.ladder.rungs import Algorithm, Rung
+
+try:
+    from examples.cleanrl_ppo import Agent, Options, collect, rows_of, update
+except ModuleNotFoundError as error:
+    if (error.name or "").partition(".")[0] != "examples":
+        raise
+    raise ConfigError(
+        "trainer 'cleanrl': is examples/cleanrl_ppo.py, which no wheel has; run it in a checkout"
+    ) from None
+
+MINIBATCHES = 32  # of a rollout
+
+
+def is_discrete(algorithm: Algorithm) -> bool:
+    """It takes numbers."""
+    return False
+
+
+def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
+    """Train from scratch, for as many robot-steps as the watch says."""
+    torch.manual_seed(seed)
+    torch.set_num_threads(1)
+    keywords = {**rung.keywords, **algorithm.keywords}
+    worlds, settings = algorithm.worlds, algorithm.settings
+    options = Options(seed=seed, worlds=worlds, discount=keywords["discount"], **settings)
+    env = ArrayEnv(n_worlds=worlds, stagger=True, **keywords)
+    agent = Agent(len(env.observation_layout), len(env.action_layout))
+    optimiser = torch.optim.Adam(agent.parameters(), lr=options.learning_rate, eps=1e-5)
+    now = rows_of(env.reset(seed=seed)[0])
+    options = replace(options, batch=len(now) * options.steps // MINIBATCHES)
+    while env.robot_steps < watch.robot_steps:
+        left = 1.0 - env.robot_steps / watch.robot_steps
+        optimiser.param_groups[0]["lr"] = left * options.learning_rate
+        seen, now, _ = collect(agent, env, now, options)
+        update(agent, optimiser, seen, options)
+        if watch.due(env.robot_steps):
+            watch.evaluate(env.robot_steps, _acting(agent), lambda: _acting(copy.deepcopy(agent)))
+
+
+def _acting(agent: Agent) -> Act:
+    @torch.no_grad()
+    def act(observations: Array, by_chance: bool) -> Array:
+        choice = agent.act(rows_of(observations))
+        actions = (choice.sample() if by_chance else choice.mean).clamp(-1.0, 1.0)
+        chosen: Array = actions.reshape(*observations.shape[:2], -1).numpy()
+        return chosen
+
+    return act
