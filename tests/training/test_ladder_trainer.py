@@ -182,8 +182,8 @@ def test_algorithms_are_told_the_best_first_and_those_of_most_rungs_before(rung)
 def test_references_are_scored_by_their_own_episodes(monkeypatch, rung, tmp_path):
     said, written = [], []
     monkeypatch.setattr(cards, "say", said.append)
-    two_of_each = [0.0, 2.0, 4.0, 4.0]
-    monkeypatch.setattr(cards.Plan, "results", lambda plan: two_of_each)
+    two_of_each = [[0.0, 2.0], [4.0, 4.0]]
+    monkeypatch.setattr(cards.Plan, "by_configuration", lambda plan: two_of_each)
     monkeypatch.setattr(cards, "scores", list)
     monkeypatch.setattr(cards, "run_with_progress", lambda *given: None)
     monkeypatch.setattr(cards, "play", lambda *given: [5.0, 6.0])
