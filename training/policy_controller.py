@@ -21,7 +21,7 @@ from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController, TeamController
-from swarm_forage_env.parameters import BaseScenario, Part, validated
+from swarm_forage_env.parameters import BaseScenario, Parameters, validated
 from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
@@ -40,7 +40,7 @@ class PolicyController(LayeredController):
     """The parameter after the colon of a name: `sb3:model.zip`."""
 
     @property
-    def layers(self) -> dict[str, Part]:
+    def layers(self) -> dict[str, Parameters]:
         """The policy, and the parameters of each layer."""
         return {**super().layers, "policy": self.policy}
 
@@ -94,9 +94,9 @@ class PolicyController(LayeredController):
 
     def under(self, scenario: BaseScenario) -> TeamController:
         """The controller of the other layers; beside a policy of everything there are none."""
-        no_layers = task_of(scenario).no_layers
-        if self.is_everything and isinstance(no_layers, TeamController):
-            return no_layers
+        raw_control = task_of(scenario).raw_control
+        if self.is_everything and isinstance(raw_control, TeamController):
+            return raw_control
         return self.hand_written
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task

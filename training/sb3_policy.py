@@ -20,7 +20,7 @@ from pydantic import BaseModel, Field, JsonValue, ValidationError, field_validat
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Count, Part
+from swarm_forage_env.parameters import Count, Parameters
 from training.foreign_file import (
     LARGEST,
     LARGEST_CARD,
@@ -84,7 +84,7 @@ class SavedModel(BaseModel, frozen=True):
     use_sde: bool = False
 
 
-class Network(Part):
+class Network(Parameters):
     """The keywords of a policy that need no pickle."""
 
     net_arch: Widths | Branches | Annotated[list[Branches], Field(max_length=1)] | None = None
