@@ -132,7 +132,7 @@ class Graphs:
         receiver, slot = senders.nonzero(as_tuple=True)
         world = torch.arange(len(rows), device=rows.device) // self.n_robots
         sender = world[receiver] * self.n_robots + senders[receiver, slot] - 1
-        beams = rows[:, self._beams].unflatten(1, (-1, PER_SLOT - 1))
+        beams = rows[:, self._beams].reshape(len(rows), -1, PER_SLOT - 1)
         index = torch.stack((sender, receiver))
         return Graph(rows[:, self._features], index, beams[receiver, slot], world)
 
@@ -146,7 +146,7 @@ class Graphs:
         sender, receiver = graph.edge_index
         n = self.n_robots
         where = graph.batch[receiver], receiver % n, sender % n
-        features = graph.x.unflatten(0, (-1, n))
+        features = graph.x.reshape(len(graph.x) // n, n, self.n_features)
         adjacency = features.new_zeros((len(features), n, n))
         adjacency[where] = 1.0
         edges = features.new_zeros((*adjacency.shape, PER_SLOT - 1))
