@@ -137,8 +137,7 @@ class Recording:
     @property
     def size(self) -> int:
         """Of an episode's transitions, uncompressed [byte]."""
-        n_features = 2 * len(self.card.observes) + 2
-        return self.n_rows * (np.dtype(np.float32).itemsize * n_features + 22)
+        return self.n_rows * (8 * len(self.card.observes) + 30)
 
     def play(self, seeds: Sequence[int], threads: int = 1) -> list[pa.Table]:
         """Play an episode for each seed, side by side: a table of each.
