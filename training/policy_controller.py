@@ -133,7 +133,7 @@ class PolicyController(LayeredController):
         terms["action"] = form.config.action or first
         terms["reflexes"] = form.action.has_reflexes
         if not self.is_everything:
-            terms["controller"] = self._name_of_layers()
+            terms["controller"] = self.name_of_layers()
         return (
             f"policy {self.policy.source} has no card: assuming {as_in_a_name(terms)}; if it was"
             f" trained with others, say so: {self.name}:{self.policy.source},decision_period=5"
@@ -193,7 +193,7 @@ class PolicyController(LayeredController):
                 f" ({error}); name one, as in {self.name}:{self.policy.source},controller=ssgiff"
             ) from None
 
-    def _name_of_layers(self) -> str:
+    def name_of_layers(self) -> str:
         """The name of the controller of the other layers, or else of each of them."""
         layers = self.hand_written.layers
         alike = (
