@@ -6,7 +6,7 @@ evaluation what it did in training. It acts for one world at a time: the roundin
 product depends on its number of rows, and an episode must not depend on its neighbours.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import Any
@@ -22,12 +22,11 @@ from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController, TeamController
 from swarm_forage_env.parameters import BaseScenario, Parameters, validated
-from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
-from training.policy import ForeignPolicy, FunctionPolicy, Predict
+from training.policy import ForeignPolicy, FunctionPolicy
 from training.policy_card import PolicyCard, as_in_a_name
-from training.running_policy import Rows, RunningForeignPolicy, Steer, Streams, usable_rows
+from training.running_policy import RunningForeignPolicy, Steer
 
 
 @dataclass(frozen=True)
@@ -149,24 +148,9 @@ class PolicyController(LayeredController):
 
     def _started(self, form: PolicyForm, robots: Sequence[int]) -> Steer:
         """The policy of some robots as a function, which has run once."""
-        usable = usable_rows(form, robots, self.policy.source)
-        if self.policy.chance:
-            draw = self.policy.start_by_chance(form)
-            is_discrete = form.action.is_discrete
-            n_draws = 1 if is_discrete else len(form.action.layout)
-
-            def steer(observed: Rows, streams: Streams) -> Rows:
-                draws = np.empty((len(observed), n_draws))
-                draw_rows(streams, draws, not is_discrete)
-                return usable(draw(observed, draws))
-
-        else:
-            predict = self.policy.start(form)
-
-            def steer(observed: Rows, streams: Streams) -> Rows:
-                return usable(predict(observed))
-
-        steer(form.dummy(robots), np.zeros(len(robots), np.uint64))
+        steer = Steer(self.policy, form, robots)
+        n = len(robots)
+        steer(form.dummy(robots), np.zeros(n, np.uint64), np.zeros((n, steer.n_state), np.float32))
         return steer
 
     def _with_policy(self, terms: Mapping[str, object]) -> "PolicyController":
@@ -221,7 +205,7 @@ def _is_hand_written(controller: Controller) -> bool:
 
 
 def policy_controller(
-    function: Predict,
+    function: Callable[..., object],
     controller: str | Controller = "ssgikf",
     name: str = "policy",
     **keywords: object,
@@ -231,7 +215,9 @@ def policy_controller(
         team = policy_controller(model.predict_rows, learn="motion", decision_period=5)
         env = parallel_env("es1", controller=team, learners=1)
 
-    The `keywords` are those of `parallel_env` under which it was trained.
+    The `keywords` are those of `parallel_env` under which it was trained. With `n_state=64` the
+    function also gets a hidden state of each robot, float32 (robots, 64), which is zeros when an
+    episode starts, and returns actions and the next states.
     """
     policy = validated(FunctionPolicy, {"function": function, **keywords})
     return named_policy(name, policy)._beside(controller)

@@ -120,7 +120,7 @@ def test_one_seed_one_score_and_blocks_do_not_matter(rung, monkeypatch):
     act = random_actions(keywords)
     still = ArrayEnv(**keywords).action_space.low * 0.0
 
-    def straight(observations, by_chance):
+    def straight(observations, begins, by_chance):
         return np.broadcast_to(still, (*observations.shape[:2], *still.shape))
 
     together = play(keywords, straight, [1, 2, 3])
@@ -140,7 +140,7 @@ def test_a_score_is_what_an_evaluation_counts(name, easier):
     meter, act, period = kind.meter(env.loop), random_actions(keywords), env.config.decision_period
     tick = 0
     while not env.is_over.any():
-        observations, *_ = env.step(act(observations, False))
+        observations, *_ = env.step(act(observations, env.is_over, False))
         tick += period
         meter.sample(tick)
     (found,) = meter.results()
@@ -196,7 +196,7 @@ def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):
     keywords = weighting.test_keywords
     in_ticks = {name: value for name, value in keywords.items() if name != "step_on"}
 
-    def half(observations, by_chance):
+    def half(observations, begins, by_chance):
         return np.zeros((*observations.shape[:2], 2), np.float32)
 
     scores = play(keywords, half, [1, 2, 3])
