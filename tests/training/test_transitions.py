@@ -111,6 +111,11 @@ def test_random_actions_are_uniform(record):
     assert np.abs(shares - 0.25).max() < 0.03
 
 
+def test_random_choices_are_refused(record):
+    with pytest.raises(ConfigError, match="policy random: draws numbers, not choices"):
+        record("random:discrete=true")
+
+
 def test_a_run_goes_on_and_a_damaged_file_is_recorded_again(record, capsys):
     command = "ssgikf", "--episodes=3", "--learners=1"
     folder = record(*command)
