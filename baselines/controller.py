@@ -13,7 +13,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KernelNumbers
 from swarm_forage_env.parameters import (
     BaseScenario,
-    Part,
+    Parameters,
     leaves,
     override,
     resolve,
@@ -39,7 +39,7 @@ class LayeredController(LayerParts):
     """A controller of three layers, which can be named, changed and run."""
 
     @property
-    def layers(self) -> dict[str, Part]:
+    def layers(self) -> dict[str, Parameters]:
         """The parameters of each layer."""
         return {"estimator": self.estimator, "weighting": self.weighting, "motion": self.motion}
 

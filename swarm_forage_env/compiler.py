@@ -36,14 +36,7 @@ from swarm_forage_env.fingerprint import plain as plain
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
-from swarm_forage_env.templates import (
-    Bindings,
-    Function,
-    FunctionT,
-    is_row_template,
-    parts_of,
-    with_parts,
-)
+from swarm_forage_env.templates import Bindings, Function, FunctionT, parts_of, with_parts
 
 _listeners: list[Callable[[str], None]] = []
 """Called with the name of each entry point that is about to be compiled."""
@@ -101,12 +94,7 @@ def bind(template: FunctionT, functions: Mapping[str, Function]) -> FunctionT:
 
 
 def bind_row(template: FunctionT, functions: Mapping[str, Function]) -> FunctionT:
-    """Bind a template of one row, which becomes part of the kernels of a CPU that call it.
-
-    A function without free names is returned as it is.
-    """
-    if not is_row_template(template):
-        return template
+    """Bind a template of one row, which becomes part of the kernels of a CPU that call it."""
     parts = parts_of(template, {**_lanes_on_cpu(), **functions})
     return cast(FunctionT, _bound_row(template, parts))
 

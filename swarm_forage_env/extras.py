@@ -10,7 +10,7 @@ EXTRAS = {
     "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer", "yaml"},
     "calibrate": {"optuna"},
     "render": {"imageio_ffmpeg", "pygame"},
-    "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
+    "train": {"cmaes", "safetensors", "sb3_contrib", "stable_baselines3", "tensorboard", "torch"},
     "onnx": {"onnxruntime"},
     "cuda": {"numba_cuda"},
     "ray": {"ray"},

@@ -10,7 +10,7 @@ from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.interface import RunningController
-from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.spaces import Feature, Layout
 
 

@@ -1,12 +1,12 @@
 """Layers of several controllers as one: in every stage of a tick they run one after the other."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 
 from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.compiler import bind_row
 from swarm_forage_env.interface import CompiledLayers, Kernel
-from swarm_forage_env.templates import row_template
+from swarm_forage_env.templates import is_row_template, row_template
 from swarm_forage_env.ticks import Arrays
 
 decide_before: Kernel
@@ -41,11 +41,16 @@ def joined(layers: Sequence[CompiledLayers]) -> CompiledLayers:
     return reduce(_both, layers)
 
 
+def _bound(function: Kernel, functions: Mapping[str, Kernel]) -> Kernel:
+    """A row template with its functions; what has no free names as it is."""
+    return bind_row(function, functions) if is_row_template(function) else function
+
+
 def _both(before: CompiledLayers, after: CompiledLayers) -> CompiledLayers:
     functions = {}
     for stage, template in (("decide", decide_both), ("observe", observe_both)):
         each = {
-            f"{stage}_{order}": bind_row(layers.functions[f"{stage}_world"], layers.functions)
+            f"{stage}_{order}": _bound(layers.functions[f"{stage}_world"], layers.functions)
             for order, layers in (("before", before), ("after", after))
         }
         functions[f"{stage}_world"] = bind_row(template, each)

@@ -19,8 +19,8 @@ from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, Kernel, RunningController
 from swarm_forage_env.mixed import MixedController, members_of
-from swarm_forage_env.no_layers import estimators_of
 from swarm_forage_env.parameters import BaseScenario
+from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.record import Rows, copied_rows
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import (
@@ -125,7 +125,7 @@ class Loop(WorldsOnCpu):
         ConfigError, before anything changes, for what does not fit.
         """
         numbers = self._numbers_under(scenarios, which)
-        self.world.take_over(which, scenarios)
+        self.world.replace_scenarios(which, scenarios)
         for w, each in zip(which, numbers, strict=True):
             self.controller.renumber(w, each)
 

@@ -26,8 +26,8 @@ from swarm_forage_env.interface import (
     is_privileged,
 )
 from swarm_forage_env.joined_layers import joined
-from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.parameters import BaseScenario
+from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import offset_of, record_dtype
 from swarm_forage_env.task import task_of
 from swarm_forage_env.templates import row_template

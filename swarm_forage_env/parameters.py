@@ -24,7 +24,7 @@ NotNegative = Annotated[float, Field(ge=0.0), AfterValidator(_at_most_the_larges
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1)]
 
-PartT = TypeVar("PartT", bound="Part")
+PartT = TypeVar("PartT", bound="Parameters")
 
 
 MIN_TICK = 1e-3
@@ -34,13 +34,13 @@ MAX_TICKS = 10**9
 """Longest episode [ticks]."""
 
 
-class Part(BaseModel):
+class Parameters(BaseModel):
     """A frozen group of numbers that refuses what it does not know, NaN and infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class BaseTask(Part):
+class BaseTask(Parameters):
     """The part `task` of every scenario."""
 
     if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class BaseTask(Part):
         duration: float = 1.0
 
 
-class BaseScenario(Part):
+class BaseScenario(Parameters):
     """A scenario of any task: subclasses have the fields `name`, `tick` [s] and `task`."""
 
     if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def override(part: PartT, values: Mapping[str, object], kind: str = "parameter")
     Values may be text, as on a command line. UnknownNameError for a name that is no field,
     ConfigError for a value that does not fit.
 
-    >>> class Radio(Part):
+    >>> class Radio(Parameters):
     ...     max_range: Positive = 0.15
     >>> override(Radio(), {"max_range": "0.2"}).max_range
     0.2
@@ -143,7 +143,7 @@ def validated(model: type[PartT], tree: Mapping[str, object], where: str = "") -
         raise ConfigError("; ".join(_complaint(model, e, where) for e in error.errors())) from None
 
 
-def _complaint(model: type[Part], error: ErrorDetails, where: str) -> str:
+def _complaint(model: type[Parameters], error: ErrorDetails, where: str) -> str:
     path = ".".join(str(step) for step in error["loc"])
     prefix = f"{where}: " if where else ""
     if error["type"] == "extra_forbidden":

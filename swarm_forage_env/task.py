@@ -148,23 +148,23 @@ class World(ABC):
         for first, last in consecutive(range(len(which)), numbers):
             self.check_start(numbers[first], checked[first:last])
         if scenarios is not None:
-            self.take_over(which, numbers)
+            self.replace_scenarios(which, numbers)
         seed_of = dict(zip(which, checked, strict=True))
         for first, last in consecutive(which, self.scenarios):
             self.restart(first, last, [seed_of[w] for w in range(first, last)])
 
-    def take_over(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
+    def replace_scenarios(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
         """Give worlds the numbers of other scenarios, one for each, which fit."""
         changed = dict(enumerate(self.scenarios)) | dict(zip(which, scenarios, strict=True))
         self.scenarios = tuple(changed.values())
         for first, last in consecutive(which, self.scenarios):
-            self.take_numbers(first, last)
+            self.write_parameters(first, last)
 
     def check_start(self, scenario: Any, seeds: Sequence[int]) -> None:  # noqa: ANN401, B027 of its task; most tasks cannot fail
         """ConfigError if worlds of this scenario, one of each seed, cannot start."""
 
     @abstractmethod
-    def take_numbers(self, first: int, last: int) -> None:
+    def write_parameters(self, first: int, last: int) -> None:
         """Go by the numbers of the one scenario that the worlds first .. last - 1 now have, from
         their restart on."""
 
@@ -370,7 +370,7 @@ class Task:
     gpu: GpuTask | None = None
     """What a GPU needs to run it; None: a CPU only."""
 
-    no_layers: Controller | None = None
+    raw_control: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
 
     potential: Potential | None = None

@@ -9,7 +9,6 @@ from numpy.typing import DTypeLike
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.observed_fields import (
     FieldLayout,
     Fields,
@@ -17,6 +16,7 @@ from swarm_forage_env.observed_fields import (
     spans_of,
     words_of,
 )
+from swarm_forage_env.raw_control import has_estimators
 
 
 class PlacedArray(Protocol):

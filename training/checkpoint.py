@@ -15,7 +15,7 @@ from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.atomic_write import sweep, write_atomically
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from training.policy_file import CurvePoint, Interval
 
 CHECKPOINT = "checkpoint.safetensors"
@@ -31,7 +31,7 @@ Identity = dict[str, str]
 Shapes = Mapping[str, tuple[int, ...]]
 
 
-class Header(Part):
+class Header(Parameters):
     """Header of a checkpoint: the experiment's identity and the learning curve so far."""
 
     experiment: Identity

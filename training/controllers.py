@@ -17,7 +17,7 @@ from baselines.controller import LayeredController
 from baselines.controllers import FREQUENT, PENALISED, SINGLE, SUBSUMPTION
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.weighting.sgiff import SGIFF
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.registry import CONTROLLERS, POLICIES
 from training.exported_policies import CallablePolicy, OnnxPolicy, TorchScriptPolicy
 from training.learned_weighting import (
@@ -72,7 +72,7 @@ for kind, policy in KINDS.items():
     POLICIES.register(kind, first_line)(named_policy(kind, policy()))
 
 
-def learned_layer(layer: LayerName, controller: LayeredController) -> type[Part]:
+def learned_layer(layer: LayerName, controller: LayeredController) -> type[Parameters]:
     """Class of a learned layer of a controller, which runs a policy from a file."""
     if layer == "motion":
         return LearnedMotion

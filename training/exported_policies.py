@@ -15,12 +15,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from gymnasium.spaces import Discrete
+from pydantic import Field
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from training.foreign_file import check_file, check_zip, reason
-from training.policy import SHOWN_BY, PolicyFile, Predict, imported, module_file
+from training.policy import (
+    SHOWN_BY,
+    PolicyFile,
+    Predict,
+    Recurrent,
+    StateSize,
+    imported,
+    module_file,
+)
 from training.policy_card import PolicyCard
 from training.policy_file import missing_package
 
@@ -101,9 +110,12 @@ class OnnxPolicy(PolicyFile):
 class CallablePolicy(PolicyFile):
     """A function of Python's: callable:package.module:function.
 
-    It maps what the robots of a world observe to their actions, both (robots, numbers). Its module
-    is imported, which runs it, from Python's path or the current folder.
+    It maps what the robots of a world observe to their actions, both (robots, numbers); with
+    `n_state` also their hidden states to the next ones, (robots, n_state). Its module is imported,
+    which runs it, from Python's path or the current folder.
     """
+
+    n_state: StateSize = Field(0, description="Numbers in the hidden state of a robot; 0: none")
 
     @property
     def reads(self) -> tuple[Path, ...]:
@@ -114,9 +126,10 @@ class CallablePolicy(PolicyFile):
         """A function has none: its name gives the keywords."""
         return None
 
-    def start(self, form: PolicyForm) -> Predict:
+    def start(self, form: PolicyForm) -> Predict | Recurrent:
         """The function."""
-        return self._function()
+        function = self._function()
+        return Recurrent(function, self.n_state) if self.n_state else function
 
     def _function(self) -> Predict:
         if not self.file.partition(":")[2]:

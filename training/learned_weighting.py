@@ -23,7 +23,7 @@ from swarm_forage_env.equations.elementary import log1p, tanh
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel, WeightingLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Numbers
 from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
 
@@ -186,7 +186,7 @@ def network_over(estimator: object) -> WeightingNetwork:
 
 
 @WEIGHTING_RULES.register("learned")
-class LearnedWeighting(Part):
+class LearnedWeighting(Parameters):
     """A trained network sets the weight of a heard estimate.
 
         g_i = 1 / (1 + exp(-l))

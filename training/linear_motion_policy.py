@@ -34,7 +34,7 @@ from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Numbers, field
 from swarm_forage_env.task import task_of
 from training.learned_weighting import flatten
@@ -212,7 +212,7 @@ def linear_policy_of(policy: Policy) -> Float64[Array, " numbers"]:
 
 
 @MOTIONS.register("learned")
-class LearnedMotion(Part):
+class LearnedMotion(Parameters):
     """A trained policy corrects the motion. Not in the papers: all of it."""
 
     policy: str = Field(

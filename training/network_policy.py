@@ -101,7 +101,6 @@ def multiply(
 
 def save_network(file: Path, weights: Weights, card: PolicyCard) -> None:
     """Write the weights of a network and its card to files, each atomically."""
-    assert card.training is not None
     content, sha256 = packed_weights(file, weights)
-    training = card.training.model_copy(update={"sha256": sha256})
+    training = card.training and card.training.model_copy(update={"sha256": sha256})
     write_both(file, content, card.model_copy(update={"training": training}))

@@ -2,9 +2,11 @@
 
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from inspect import getfile
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -37,6 +39,20 @@ Predict = Callable[[Float32[Array, "robots numbers"]], object]
 Draw = Callable[[Float32[Array, "robots numbers"], Float64[Array, "robots draws"]], object]
 """Maps what the robots observe, and random draws, to their actions. A robot has one standard normal
 draw for each number of its action; or one that is uniform in [0, 1), if actions are choices."""
+
+StateSize = Annotated[int, Field(ge=0, le=10_000)]
+
+
+@dataclass(frozen=True)
+class Recurrent:
+    """A policy with a hidden state of each robot, which is zeros when an episode starts."""
+
+    function: Callable[..., object]
+    """Maps the inputs of a `Predict` or `Draw`, and states (robots, n_state) of float32, to actions
+    and the next states."""
+
+    n_state: int
+    """Numbers in the state of a robot."""
 
 
 def imported(name: str) -> object:
@@ -106,11 +122,11 @@ class ForeignPolicy(PolicyKeywords):
         """The card of its training, if it has one."""
         return None
 
-    def start(self, form: PolicyForm) -> Predict:
+    def start(self, form: PolicyForm) -> Predict | Recurrent:
         """The policy as a function that acts deterministically; ConfigError if it does not fit."""
         raise NotImplementedError
 
-    def start_by_chance(self, form: PolicyForm) -> Draw:
+    def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
         """The policy as a function that acts stochastically; ConfigError without a distribution."""
         raise ConfigError(
             f"policy {self.source}: chance=true: tells no distribution of its actions, only the"
@@ -163,9 +179,10 @@ class PolicyFile(ForeignPolicy):
 class FunctionPolicy(ForeignPolicy):
     """A Python function that maps what the robots of a world observe to their actions."""
 
-    function: Predict | None = None
+    function: Callable[..., object] | None = None
+    n_state: StateSize = Field(0, description="Numbers in the hidden state of a robot; 0: none")
 
-    def start(self, form: PolicyForm) -> Predict:
+    def start(self, form: PolicyForm) -> Predict | Recurrent:
         """The function itself."""
         assert self.function is not None
-        return self.function
+        return Recurrent(self.function, self.n_state) if self.n_state else self.function

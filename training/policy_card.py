@@ -21,7 +21,7 @@ from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import ScenarioSource
 from training.foreign_file import LARGEST_CARD, read_file, reason
@@ -43,7 +43,7 @@ class CardKeywords(PolicyKeywords):
     observation: Word = "layer"
 
 
-class PolicyCard(Part):
+class PolicyCard(Parameters):
     """What a policy was trained on."""
 
     format: Literal[2] = 2

@@ -6,7 +6,7 @@ evaluation what it did in training. It acts for one world at a time: the roundin
 product depends on its number of rows, and an episode must not depend on its neighbours.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import Any
@@ -21,13 +21,12 @@ from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController, TeamController
-from swarm_forage_env.parameters import BaseScenario, Part, validated
-from swarm_forage_env.random_streams import draw_rows
+from swarm_forage_env.parameters import BaseScenario, Parameters, validated
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
-from training.policy import ForeignPolicy, FunctionPolicy, Predict
+from training.policy import ForeignPolicy, FunctionPolicy
 from training.policy_card import PolicyCard, as_in_a_name
-from training.running_policy import Rows, RunningForeignPolicy, Steer, Streams, usable_rows
+from training.running_policy import RunningForeignPolicy, Steer
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class PolicyController(LayeredController):
     """The parameter after the colon of a name: `sb3:model.zip`."""
 
     @property
-    def layers(self) -> dict[str, Part]:
+    def layers(self) -> dict[str, Parameters]:
         """The policy, and the parameters of each layer."""
         return {**super().layers, "policy": self.policy}
 
@@ -94,9 +93,9 @@ class PolicyController(LayeredController):
 
     def under(self, scenario: BaseScenario) -> TeamController:
         """The controller of the other layers; beside a policy of everything there are none."""
-        no_layers = task_of(scenario).no_layers
-        if self.is_everything and isinstance(no_layers, TeamController):
-            return no_layers
+        raw_control = task_of(scenario).raw_control
+        if self.is_everything and isinstance(raw_control, TeamController):
+            return raw_control
         return self.hand_written
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
@@ -133,7 +132,7 @@ class PolicyController(LayeredController):
         terms["action"] = form.config.action or first
         terms["reflexes"] = form.action.has_reflexes
         if not self.is_everything:
-            terms["controller"] = self._name_of_layers()
+            terms["controller"] = self.name_of_layers()
         return (
             f"policy {self.policy.source} has no card: assuming {as_in_a_name(terms)}; if it was"
             f" trained with others, say so: {self.name}:{self.policy.source},decision_period=5"
@@ -149,24 +148,9 @@ class PolicyController(LayeredController):
 
     def _started(self, form: PolicyForm, robots: Sequence[int]) -> Steer:
         """The policy of some robots as a function, which has run once."""
-        usable = usable_rows(form, robots, self.policy.source)
-        if self.policy.chance:
-            draw = self.policy.start_by_chance(form)
-            is_discrete = form.action.is_discrete
-            n_draws = 1 if is_discrete else len(form.action.layout)
-
-            def steer(observed: Rows, streams: Streams) -> Rows:
-                draws = np.empty((len(observed), n_draws))
-                draw_rows(streams, draws, not is_discrete)
-                return usable(draw(observed, draws))
-
-        else:
-            predict = self.policy.start(form)
-
-            def steer(observed: Rows, streams: Streams) -> Rows:
-                return usable(predict(observed))
-
-        steer(form.dummy(robots), np.zeros(len(robots), np.uint64))
+        steer = Steer(self.policy, form, robots)
+        n = len(robots)
+        steer(form.dummy(robots), np.zeros(n, np.uint64), np.zeros((n, steer.n_state), np.float32))
         return steer
 
     def _with_policy(self, terms: Mapping[str, object]) -> "PolicyController":
@@ -193,7 +177,7 @@ class PolicyController(LayeredController):
                 f" ({error}); name one, as in {self.name}:{self.policy.source},controller=ssgiff"
             ) from None
 
-    def _name_of_layers(self) -> str:
+    def name_of_layers(self) -> str:
         """The name of the controller of the other layers, or else of each of them."""
         layers = self.hand_written.layers
         alike = (
@@ -221,7 +205,7 @@ def _is_hand_written(controller: Controller) -> bool:
 
 
 def policy_controller(
-    function: Predict,
+    function: Callable[..., object],
     controller: str | Controller = "ssgikf",
     name: str = "policy",
     **keywords: object,
@@ -231,7 +215,9 @@ def policy_controller(
         team = policy_controller(model.predict_rows, learn="motion", decision_period=5)
         env = parallel_env("es1", controller=team, learners=1)
 
-    The `keywords` are those of `parallel_env` under which it was trained.
+    The `keywords` are those of `parallel_env` under which it was trained. With `n_state=64` the
+    function also gets a hidden state of each robot, float32 (robots, 64), which is zeros when an
+    episode starts, and returns actions and the next states.
     """
     policy = validated(FunctionPolicy, {"function": function, **keywords})
     return named_policy(name, policy)._beside(controller)

@@ -24,7 +24,7 @@ from swarm_forage_env.extras import remedy
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.observed_fields import FieldLayout
-from swarm_forage_env.parameters import Count, NotNegative, Part
+from swarm_forage_env.parameters import Count, NotNegative, Parameters
 from swarm_forage_env.spaces import Layout
 from training.foreign_file import LARGEST_CARD, read_file, reason
 
@@ -36,14 +36,14 @@ Shapes = Mapping[str, tuple[int, ...]]
 LayerName = Literal["weighting", "motion"]
 
 
-class FeatureName(Part):
+class FeatureName(Parameters):
     """Name and unit of one component of a layer's observation or action."""
 
     name: str
     unit: str
 
 
-class LayerCard(Part):
+class LayerCard(Parameters):
     """Card of one layer: architecture, observation and action components."""
 
     network: str
@@ -56,7 +56,7 @@ class LayerCard(Part):
     """Components of the layer's action."""
 
 
-class Interval(Part):
+class Interval(Parameters):
     """Mean over episodes with its 95 % interval."""
 
     low: float
@@ -64,7 +64,7 @@ class Interval(Part):
     high: float
 
 
-class CurvePoint(Part):
+class CurvePoint(Parameters):
     """Point of a learning curve: an evaluation on the held-back seeds."""
 
     step: NotNegative
@@ -77,7 +77,7 @@ class CurvePoint(Part):
     """Round trips in each scenario."""
 
 
-class TrainingRecord(Part):
+class TrainingRecord(Parameters):
     """How a policy was trained, and how it scored meanwhile."""
 
     scenarios: tuple[str, ...]
@@ -96,7 +96,7 @@ class TrainingRecord(Part):
     """SHA-256 hash of the file of weights; written with it."""
 
 
-class Format(Part):
+class Format(Parameters):
     """The version of a card, which is validated first."""
 
     format: Literal[1] = 1
@@ -217,13 +217,13 @@ def save_policy(file: Path, weights: Weights, card: Card) -> None:
     write_both(file, content, card.model_copy(update={"sha256": sha256}))
 
 
-def write_both(file: Path, content: bytes, card: Part) -> None:
+def write_both(file: Path, content: bytes, card: Parameters) -> None:
     """Write a file of weights and the card beside it, each atomically."""
     write_atomically(file, content)
     write_card(card_path(file), card)
 
 
-def write_card(file: Path, card: Part) -> None:
+def write_card(file: Path, card: Parameters) -> None:
     """Write a card as JSON, atomically."""
     write_atomically(file, (card.model_dump_json(indent=1) + "\n").encode())
 

@@ -119,6 +119,8 @@ class PPOHyperparameters:
     """Minibatches per rollout and epoch, at least."""
     n_epochs: int = 10
     learning_rate: float = 7e-4
+    rows_together: int = 1
+    """Rows of a decision that share a minibatch: the robots of a world, for a network over them."""
 
 
 class ActorCritic(nn.Module):
@@ -192,11 +194,21 @@ def _n_acting(acts: Tensor) -> int:
     return n
 
 
-def _minibatches(shuffled: Tensor, acts: Tensor, n: int) -> Iterator[tuple[Tensor, Tensor]]:
+def _groups_that_act(acts: Tensor, n_rows: int) -> Tensor:
+    """Whether the actions of each n rows count; ConfigError where those of a part of them do."""
+    groups = acts.view(-1, n_rows)
+    if (groups.any(1) != groups.all(1)).any():
+        raise ConfigError(
+            f"rows_together={n_rows}: actions of some of these rows count and of others do not;"
+            " leave step_on='exchange' out"
+        )
+    return groups.all(1)
+
+
+def _minibatches(groups: Tensor, acts: Tensor, n: int) -> Iterator[tuple[Tensor, ...]]:
     """Rows in n parts, each those whose actions count, and those whose do not."""
-    acting = acts[shuffled]
-    parts = shuffled[acting].tensor_split(n), shuffled[~acting].tensor_split(n)
-    return zip(*parts, strict=True)
+    parts = groups[acts].tensor_split(n), groups[~acts].tensor_split(n)
+    return zip(*([each.flatten() for each in part] for part in parts), strict=True)
 
 
 class PPOLearner:
@@ -217,6 +229,12 @@ class PPOLearner:
         """Move a policy to the device of the environment, to be trained there."""
         if not isinstance(env.action_space, Box):
             raise ConfigError("discrete: PPO in tensors gives numbers, not choices; leave it out")
+        together = hyperparameters.rows_together
+        if together < 1 or env.n_rows % together:
+            raise ConfigError(
+                f"rows_together={together}: must divide the {env.n_rows} rows"
+                " of the environment; take the number of robots of a world"
+            )
         low, high = env.action_space.low, env.action_space.high
         self.env, self._hyperparameters = env, hyperparameters
         self.policy = policy.to(env.device)
@@ -319,13 +337,15 @@ class PPOLearner:
         gains = advantages(rollout, terms.discount, terms.gae_lambda)
         returns = (gains + rollout.values[:-1]).flatten()
         seen, actions = rollout.observations.flatten(0, 1), rollout.actions.flatten(0, 1)
-        before, gains, acts = (each.flatten() for each in (rollout.log_probs, gains, rollout.acts))
+        before, gains = rollout.log_probs.flatten(), gains.flatten()
+        acts = _groups_that_act(rollout.acts, terms.rows_together)
+        groups = torch.arange(len(gains), device=gains.device).view(len(acts), -1)
         n_minibatches = max(terms.n_minibatches, len(gains) // MIN_MINIBATCH)
         n_minibatches = min(n_minibatches, _n_acting(acts) // 2)
         policy.train(True)
         for _ in range(terms.n_epochs):
-            shuffled = torch.randperm(len(gains), device=gains.device)
-            for acting, others in _minibatches(shuffled, acts, n_minibatches):
+            shuffled = torch.randperm(len(groups), device=gains.device)
+            for acting, others in _minibatches(groups[shuffled], acts[shuffled], n_minibatches):
                 rows = torch.cat((acting, others))
                 values, log_probs, _ = policy.evaluate_actions(seen[rows], actions[rows])
                 log_ratio = log_probs[: len(acting)] - before[acting]

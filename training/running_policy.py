@@ -13,16 +13,63 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, RunningController
 from swarm_forage_env.observed_fields import write_rows
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.random_streams import NoiseSource, streams
+from swarm_forage_env.random_streams import NoiseSource, draw_rows, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import BEGINS, RUNS, STANDS
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 from training.foreign_file import reason
+from training.policy import ForeignPolicy, Recurrent
 
 Rows = Float32[Array, "robots numbers"]
 Streams = UInt64[Array, " robots"]
-Steer = Callable[[Rows, Streams], Rows]
-"""Maps what each robot of a world observes, and its stream, to the actions of the layers."""
+States = Float32[Array, "robots n_state"]
+
+
+class Steer:
+    """Maps what each robot of a world observes to the actions of the layers.
+
+    The stream and the hidden state of each robot advance in place.
+    """
+
+    def __init__(self, policy: ForeignPolicy, form: PolicyForm, robots: Sequence[int]) -> None:
+        """Start the policy of some robots; ConfigError if it does not fit."""
+        asked = policy.start_by_chance(form) if policy.chance else policy.start(form)
+        self.n_state = asked.n_state if isinstance(asked, Recurrent) else 0
+        self._ask: Callable[..., object] = asked.function if isinstance(asked, Recurrent) else asked
+        self._source, self._chance = policy.source, policy.chance
+        self._usable = usable_rows(form, robots, policy.source)
+        self._is_discrete = form.action.is_discrete
+        self._n_draws = 1 if self._is_discrete else len(form.action.layout)
+
+    def __call__(self, observed: Rows, streams: Streams, states: States) -> Rows:
+        """The actions of one decision; ConfigError for actions or states that are not usable."""
+        inputs: list[Array] = [observed]
+        if self._chance:
+            draws = np.empty((len(observed), self._n_draws))
+            draw_rows(streams, draws, not self._is_discrete)
+            inputs.append(draws)
+        if not self.n_state:
+            return self._usable(self._ask(*inputs))
+        output = self._ask(*inputs, states.copy())
+        if not isinstance(output, tuple) or len(output) != 2:
+            kind = type(output).__name__
+            raise ConfigError(
+                f"policy {self._source}: gives a {kind}; with n_state={self.n_state} it must give"
+                " actions and the next states, as in `return actions, states`"
+            )
+        states[...] = self._next_states(output[1], states.shape)
+        return self._usable(output[0])
+
+    def _next_states(self, output: object, shape: tuple[int, ...]) -> Array:
+        array = _array(output, f"policy {self._source}: gives no array of states")
+        largest = np.finfo(np.float32).max
+        is_real = array.dtype.kind in "fiu" and bool((np.abs(array) <= largest).all())
+        if array.shape != shape or not is_real:
+            raise ConfigError(
+                f"policy {self._source}: gives states {array.shape} of {array.dtype}; must be"
+                f" finite numbers of float32 {shape}, the robots and n_state"
+            )
+        return array
 
 
 class RunningForeignPolicy:
@@ -51,6 +98,7 @@ class RunningForeignPolicy:
         shape = world.n_worlds, len(robots), len(form.policy.action)
         self._held = np.zeros(shape, np.float32)
         self._streams = np.zeros(shape[:2], np.uint64)
+        self._states = np.zeros((*shape[:2], steer.n_state), np.float32)
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
 
     @property
@@ -73,7 +121,9 @@ class RunningForeignPolicy:
         if len(due):
             seen = self._seen(ticks // period, due)
             for world in due:
-                self._held[world] = self._steer(seen[world], self._streams[world])
+                self._held[world] = self._steer(
+                    seen[world], self._streams[world], self._states[world]
+                )
             self._act(self._own)
         self._inner.consult()
 
@@ -81,6 +131,7 @@ class RunningForeignPolicy:
         """Forget everything about one world; the policy does at its first tick."""
         own = streams([seed], self._world.n_robots, NoiseSource.POLICY)
         self._streams[world] = own[self._robots]
+        self._states[world] = 0.0
         self._inner.reset(world, seed)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> object:
@@ -97,6 +148,7 @@ class RunningForeignPolicy:
             "frames": self._observing.snapshot(),
             "held": self._held.copy(),
             "streams": self._streams.copy(),
+            "states": self._states.copy(),
             "own": deepcopy(self._own),
             "rest": self._inner.snapshot(),
         }
@@ -106,6 +158,7 @@ class RunningForeignPolicy:
         self._observing.restore(kept["frames"])
         self._held[...] = kept["held"]
         self._streams[...] = kept["streams"]
+        self._states[...] = kept["states"]
         self._own = deepcopy(kept["own"])
         self._inner.restore(kept["rest"])
 
@@ -150,11 +203,7 @@ def usable_rows(
     actions, space = form.actions(robots), form.action_space
 
     def rows(output: object) -> Float32[Array, "robots n"]:
-        try:
-            array = np.asarray(output)
-        except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients
-            why = reason(error)
-            raise ConfigError(f"policy {source}: gives no array of actions ({why})") from None
+        array = _array(output, f"policy {source}: gives no array of actions")
         is_finite = array.dtype.kind == "f" and bool(np.isfinite(array).all())
         if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:
             array = np.clip(array, space.low, space.high)
@@ -164,3 +213,11 @@ def usable_rows(
             raise ConfigError(f"policy {source}: {error}") from None
 
     return rows
+
+
+def _array(output: object, refusal: str) -> Array:
+    """An output as an array; ConfigError where it is none."""
+    try:
+        return np.asarray(output)
+    except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients
+        raise ConfigError(f"{refusal} ({reason(error)})") from None

@@ -8,10 +8,11 @@ import io
 import json
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from gymnasium.spaces import Discrete
@@ -20,7 +21,7 @@ from pydantic import BaseModel, Field, JsonValue, ValidationError, field_validat
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Count, Part
+from swarm_forage_env.parameters import Count, Parameters
 from training.foreign_file import (
     LARGEST,
     LARGEST_CARD,
@@ -32,7 +33,7 @@ from training.foreign_file import (
     read_members,
     reason,
 )
-from training.policy import Draw, PolicyFile, Predict, drawn_choices
+from training.policy import Draw, PolicyFile, Predict, Recurrent, drawn_choices
 from training.policy_card import PolicyCard, card_from
 from training.policy_file import check_weights, misfit
 
@@ -84,7 +85,7 @@ class SavedModel(BaseModel, frozen=True):
     use_sde: bool = False
 
 
-class Network(Part):
+class Network(Parameters):
     """The keywords of a policy that need no pickle."""
 
     net_arch: Widths | Branches | Annotated[list[Branches], Field(max_length=1)] | None = None
@@ -121,6 +122,20 @@ class Network(Part):
         return (self.n_critics or 1) * max(sum(a * b for a, b in pairwise(c)) for c in chains)
 
 
+class RecurrentNetwork(Network):
+    """The keywords of a policy of RecurrentPPO: an LSTM, and the network above it."""
+
+    lstm_hidden_size: Count = 256
+    n_lstm_layers: Annotated[int, Field(ge=1, le=100)] = 1
+    shared_lstm: bool = False
+    enable_critic_lstm: bool = True
+
+    def n_weights(self, n_observed: int) -> int:
+        """The weights of the actor's LSTM, and of one network above it."""
+        n = self.lstm_hidden_size
+        return 4 * n * (n_observed + n + 2 * n * (self.n_lstm_layers - 1)) + super().n_weights(n)
+
+
 def read_zip(file: Path) -> tuple[SavedModel, bytes, bytes]:
     """The description of a model in its zip, the same as JSON, and the weights as bytes.
 
@@ -144,16 +159,17 @@ def network_of(file: str, model: SavedModel, n_observed: int, n_bytes: int) -> N
     keywords = {name: each for name, each in model.policy_kwargs.items() if name not in NO_MATTER}
     if any(_is_pickled(each) for each in keywords.values()):
         return None
+    kind = RecurrentNetwork if model.policy_class.module == RECURRENT else Network
     try:
-        network = Network.model_validate(keywords)
+        network = kind.model_validate(keywords)
     except ValidationError as error:
         why = f"policy_kwargs.{reason(error)}"
         raise ConfigError(f"policy {file}: cannot be made here: {why}") from None
     n_weights = network.n_weights(n_observed)
     if 4 * n_weights > n_bytes:
         raise ConfigError(
-            f"policy {file}: its weights do not fit: net_arch asks for {n_weights:.3g} of them at"
-            f" least, in {n_bytes} bytes"
+            f"policy {file}: its weights do not fit: policy_kwargs ask for {n_weights:.3g} of them"
+            f" at least, in {n_bytes} bytes"
         )
     return network
 
@@ -178,19 +194,28 @@ def _is_pickled(value: object) -> bool:
     return isinstance(value, str) and value.startswith("<") and not ACTIVATION.fullmatch(value)
 
 
+RECURRENT = "sb3_contrib.common.recurrent.policies"
+
 KNOWN = {
+    RECURRENT: "RecurrentActorCriticPolicy",
     "stable_baselines3.common.policies": "ActorCriticPolicy",
     "stable_baselines3.dqn.policies": "DQNPolicy",
     "stable_baselines3.sac.policies": "SACPolicy",
     "stable_baselines3.td3.policies": "TD3Policy",
 }
-"""Classes of policies that need no pickle: of PPO and A2C, DQN, SAC, TD3 and DDPG."""
+"""Classes of policies that need no pickle: of RecurrentPPO, PPO and A2C, DQN, SAC, TD3 and DDPG."""
+
+Output = TypeVar("Output")
+
+States = tuple[Array, ...]  # hidden and cell states of an LSTM, each (layers, robots, units)
+
+Asked = tuple[Array, States | None]  # actions, and the next states where there is an LSTM
 
 Chosen = tuple[type["BasePolicy"], dict[str, Any]]  # the class of a policy, and its keywords
 
 
 class SB3Policy(PolicyFile):
-    """A model that stable-baselines3 has saved: sb3:model.zip."""
+    """A model that stable-baselines3 or sb3-contrib has saved: sb3:model.zip."""
 
     trust: bool = Field(False, description="Unpickle what the file holds: runs any code in it")
 
@@ -206,12 +231,12 @@ class SB3Policy(PolicyFile):
         text = read_zip(self.path)[0].observation_space.policy_card
         return super().card() if text is None else card_from(text, f"in {self.file}")
 
-    def start(self, form: PolicyForm) -> Predict:
+    def start(self, form: PolicyForm) -> Predict | Recurrent:
         """The model's policy, deterministic."""
         model = self._model(form)
-        return self._asked(lambda observed: model.predict(observed, deterministic=True)[0])
+        return self._started(model, partial(model.predict, deterministic=True))
 
-    def start_by_chance(self, form: PolicyForm) -> Draw:
+    def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
         """The model's policy, which draws its actions; ConfigError without a distribution."""
         import torch
         from stable_baselines3.common.policies import ActorCriticPolicy
@@ -223,15 +248,35 @@ class SB3Policy(PolicyFile):
             return super().start_by_chance(form)
 
         @torch.no_grad()
-        def by_chance(observed: Array, draws: Array) -> Array:
-            drawn_from = _distribution(model, torch.as_tensor(observed))
+        def by_chance(observed: Array, draws: Array, states: States | None) -> Asked:
+            drawn_from, after = _distribution(model, torch.as_tensor(observed), states)
             if isinstance(drawn_from, Categorical):
-                return drawn_choices(drawn_from.probs.double().numpy(), draws)
+                return drawn_choices(drawn_from.probs.double().numpy(), draws), after
             actions = drawn_from.mean + drawn_from.stddev * torch.as_tensor(draws)
             numbers: Array = actions.float().numpy()
-            return model.unscale_action(np.tanh(numbers)) if model.squash_output else numbers
+            squashed = model.squash_output
+            return model.unscale_action(np.tanh(numbers)) if squashed else numbers, after
 
-        return self._asked(by_chance)
+        return self._started(model, by_chance)
+
+    def _started(
+        self, model: "BasePolicy", ask: Callable[..., Asked]
+    ) -> Callable[..., Array] | Recurrent:
+        """What `ask` makes of the inputs and states of an LSTM, which each robot has in one row."""
+        from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
+
+        if not isinstance(model, RecurrentActorCriticPolicy):
+            return self._asked(lambda *inputs: ask(*inputs, None)[0])
+        layers, _, units = model.lstm_hidden_state_shape
+
+        def step(*inputs: Array) -> tuple[Array, Array]:
+            *seen, rows = inputs
+            hidden, cell = rows.reshape(-1, 2, layers, units).transpose(1, 2, 0, 3)
+            actions, states = ask(*seen, (hidden, cell))
+            assert states is not None, "an LSTM has states"
+            return actions, np.stack(states).transpose(2, 0, 1, 3).reshape(rows.shape)
+
+        return Recurrent(self._asked(step), 2 * layers * units)
 
     def _model(self, form: PolicyForm) -> "BasePolicy":
         """The model's policy, with its weights."""
@@ -242,14 +287,15 @@ class SB3Policy(PolicyFile):
             chosen[1].setdefault("use_sde", True)
         model = _make(self.file, chosen, form)
         _load(self.file, model, read_weights(self.file, content))
+        model.set_training_mode(False)
         return model
 
-    def _asked(self, ask: Callable[..., object]) -> Callable[..., Array]:
+    def _asked(self, ask: Callable[..., Output]) -> Callable[..., Output]:
         """The same function; ConfigError where it fails."""
 
-        def asked(*arrays: Array) -> Array:
+        def asked(*arrays: Array) -> Output:
             try:
-                return np.asarray(ask(*arrays))
+                return ask(*arrays)
             except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
                 why = reason(error)
                 raise ConfigError(f"policy {self.file}: gives no action ({why})") from None
@@ -282,17 +328,30 @@ class SB3Policy(PolicyFile):
         return policy, network.model_dump(exclude_unset=True)
 
 
-def _distribution(model: "ActorCriticPolicy | SACPolicy", observed: "Tensor") -> "Distribution":
-    """The distribution of the actions, before they are squashed."""
+def _distribution(
+    model: "ActorCriticPolicy | SACPolicy", observed: "Tensor", states: States | None
+) -> tuple["Distribution", States | None]:
+    """The distribution of the actions, before they are squashed, and the next states."""
+    import torch
+    from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
     from stable_baselines3.common.policies import ActorCriticPolicy
     from torch.distributions import Distribution, Normal
 
-    if isinstance(model, ActorCriticPolicy):
-        distribution = model.get_distribution(observed).distribution
-        assert isinstance(distribution, Distribution), "its actions are no dictionary"
-        return distribution
-    mean, log_std, _ = model.actor.get_action_dist_params(observed)
-    return Normal(mean, log_std.exp())
+    if not isinstance(model, ActorCriticPolicy):
+        mean, log_std, _ = model.actor.get_action_dist_params(observed)
+        return Normal(mean, log_std.exp()), None
+    after = None
+    if isinstance(model, RecurrentActorCriticPolicy):
+        assert states is not None, "an LSTM has states"
+        hidden, cell = (torch.tensor(each) for each in states)
+        told, (hidden, cell) = model.get_distribution(
+            observed, (hidden, cell), torch.zeros(len(observed))
+        )
+        after = hidden.numpy(), cell.numpy()
+    else:
+        told = model.get_distribution(observed)
+    assert isinstance(told.distribution, Distribution), "its actions are no dictionary"
+    return told.distribution, after
 
 
 def _named_class(named: PolicyClass) -> "type[BasePolicy] | None":

@@ -19,6 +19,7 @@ from baselines.evaluation.common_options import (
 )
 from baselines.evaluation.console import say
 from swarm_forage_env.errors import ConfigError
+from training.dataset_command import dataset
 
 if TYPE_CHECKING:
     from baselines.evaluation.backends import Backend
@@ -208,7 +209,8 @@ def _report(experiment: "Experiment", outcome: Outcome) -> None:
 
 
 def add_commands() -> None:
-    """Add the command `train` to the command-line application; a second call does nothing."""
-    callbacks = (each.callback for each in app.registered_commands)
-    if not any(each is not None and unwrap(each) is train for each in callbacks):
-        app.command()(stoppable()(train))
+    """Add `train` and `dataset` to the command-line application; a second call does nothing."""
+    there = {unwrap(each.callback) for each in app.registered_commands if each.callback}
+    for command in (train, dataset):
+        if command not in there:
+            app.command()(stoppable()(command))

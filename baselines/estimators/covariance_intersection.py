@@ -16,8 +16,8 @@ from baselines.estimators.pose_prediction import (
     PoseMind,
     propagate,
     step_slopes,
-    take_in_alone,
     tell,
+    update_belief_alone,
 )
 from baselines.estimators.small_matrices import (
     Matrix3,
@@ -226,7 +226,7 @@ class CovarianceIntersection(Localisation):
     """Covariance intersection: consistent fusion of estimates of unknown correlation."""
 
     mind = IntersectionMind
-    kernels = waypoints_kernels(take_in_alone, intersect)
+    kernels = waypoints_kernels(update_belief_alone, intersect)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry whose estimates are fused by covariance intersection."""

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.localisation import Localisation, waypoints_kernels
-from baselines.estimators.pose_prediction import take_in_alone
+from baselines.estimators.pose_prediction import update_belief_alone
 from baselines.estimators.sikf import CovarianceFilterParameters
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer
@@ -19,7 +19,7 @@ class DeadReckoning(Localisation):
     """Dead reckoning: robots tell each other nothing."""
 
     speaks: ClassVar[bool] = False
-    kernels = waypoints_kernels(take_in_alone, nothing)
+    kernels = waypoints_kernels(update_belief_alone, nothing)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry of robots that do not speak: places with covariances."""

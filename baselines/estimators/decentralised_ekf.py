@@ -32,8 +32,8 @@ from baselines.estimators.pose_prediction import (
     predict,
     reckon,
     step_slopes,
-    take_in_alone,
     tell,
+    update_belief_alone,
     visit_home,
 )
 from baselines.estimators.small_matrices import (
@@ -268,7 +268,7 @@ class DecentralisedEKF(Localisation):
         layer = super().waypoints_layer(scenario)
         if self.setting != "authors":
             return replace(layer, shared=(3, 3))
-        kernels = waypoints_kernels(take_in_alone, correct_each_alone)
+        kernels = waypoints_kernels(update_belief_alone, correct_each_alone)
         return replace(layer, mind=AuthorsMind, kernels=kernels, shared=(2, 3, 3))
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:

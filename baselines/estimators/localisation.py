@@ -24,7 +24,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel, WeightingLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.waypoints.control import observe_world
 from swarm_forage_env.waypoints.records import Exchange
@@ -51,7 +51,7 @@ def waypoints_kernels(update_belief: Kernel, merge: Kernel) -> Mapping[str, Kern
     return {"update_belief": update_belief, "describe": describe, "merge": merge}
 
 
-class Localisation(Part):
+class Localisation(Parameters):
     """Parameters of an estimator of a pose; a subclass is an estimator.
 
     Among e-pucks: Smith et al. 2021 (BOIDS), Section 2, over Gutierrez et al. 2009 (TR), Section 5.

@@ -6,12 +6,12 @@ from baselines.estimators.base import ESTIMATORS
 from baselines.weighting.base import no_gain
 from swarm_forage_env.epuck.control import NoMind
 from swarm_forage_env.interface import EstimatorLayer, WeightingLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.ticks import nothing
 
 
 @ESTIMATORS.register("no_estimator")
-class NoEstimator(Part):
+class NoEstimator(Parameters):
     """Robots keep nothing and tell each other nothing but where they are, as a radio shows it.
 
     Source: none needed.

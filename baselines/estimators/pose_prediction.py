@@ -236,7 +236,9 @@ def reckon(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
 
 
 @kernel
-def take_in_alone(mind: PoseMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+def update_belief_alone(
+    mind: PoseMind, shared: Array, readings: Readings, numbers: Numbers
+) -> None:
     """Update an estimate by the robot's own readings, without memory of other robots."""
     reckon(mind, readings, numbers)
     predict(mind.belief, readings.motion, numbers)

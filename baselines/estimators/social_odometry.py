@@ -55,7 +55,7 @@ from swarm_forage_env.foraging.inputs import write_goal
 from swarm_forage_env.foraging.records import Exchange, Report, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
-from swarm_forage_env.parameters import NotNegative, Part, Positive
+from swarm_forage_env.parameters import NotNegative, Parameters, Positive
 from swarm_forage_env.record import Numbers, Record
 
 
@@ -159,7 +159,7 @@ KERNELS: Mapping[str, Kernel] = {
 
 
 @ESTIMATORS.register("social_odometry")
-class SocialOdometryParameters(Part):
+class SocialOdometryParameters(Parameters):
     """Social odometry: robots tell each other where they believe the areas to be.
 
     Its parameters are what the papers leave open. A subclass names other records or functions.

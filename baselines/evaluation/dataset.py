@@ -122,7 +122,7 @@ class Dataset:
                 f"--out {self.folder}: cannot be written ({error.strerror}); name another folder"
             ) from None
         sweep(self.folder, "trial")
-        for folder in self.folder.glob("scenario=*/controller=*"):
+        for folder in self.folder.glob("scenario=*/*=*"):
             sweep(folder, FILE_STEM + re.escape(self.ending))
 
     def place(self, configuration: ExperimentConfig, seed: int) -> Path:
@@ -164,7 +164,9 @@ class Dataset:
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
         """Write each episode atomically to its file, with the controller's name as given."""
         for episode in episodes:
-            columns = schema(kind_of_episode(episode)).with_metadata(_asked(configuration.label))
+            columns = schema(kind_of_episode(episode)).with_metadata(
+                {ASKED: with_checksum(configuration.label)}
+            )
             row = pa.Table.from_pylist([asdict(episode) | configuration.identity], columns)
             content = pa.BufferOutputStream()
             pq.write_table(row, content, write_page_checksum=True)
@@ -198,17 +200,21 @@ def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> A
 def asked_name(table: pa.Table) -> str | None:
     """The controller's name as given, None in a file without it; DamagedFileError if changed."""
     kept = (table.schema.metadata or {}).get(ASKED)
-    if kept is None:
-        return None
-    name: str = kept.partition(b" ")[2].decode(errors="replace")
-    if kept != _asked(name)[ASKED]:
+    return None if kept is None else checked_text(kept)
+
+
+def with_checksum(text: str) -> bytes:
+    """A text as metadata of a file, which no page's checksum protects."""
+    content = text.encode()
+    return b"%08x %b" % (crc32(content), content)
+
+
+def checked_text(kept: bytes) -> str:
+    """The text that was written with a checksum; DamagedFileError if changed."""
+    text = kept.partition(b" ")[2].decode(errors="replace")
+    if kept != with_checksum(text):
         raise DamagedFileError("not a readable Parquet file")
-    return name
-
-
-def _asked(name: str) -> dict[bytes, bytes]:
-    text = name.encode()
-    return {ASKED: b"%08x %b" % (crc32(text), text)}
+    return text
 
 
 def read_table(content: bytes) -> pa.Table:

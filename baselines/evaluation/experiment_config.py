@@ -20,7 +20,7 @@ from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import files_read_by
-from swarm_forage_env.parameters import Part, leaves
+from swarm_forage_env.parameters import Parameters, leaves
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.task import task_of
@@ -111,7 +111,7 @@ class ExperimentConfig:
         world = Path(swarm_forage_env.__file__).parent
         parts = (*self.controller.layers.values(), self.scenario)
         homes = {Path(getfile(ENGINES[self.physics]))}.union(
-            *(_files(each, Part) for each in parts)
+            *(_files(each, Parameters) for each in parts)
         )
         files = {file for home in homes for file in home.parent.glob("*.py")}
         files = {each for each in files.union(world.rglob("*.py")) if not _is_unhashed(each, world)}
@@ -233,4 +233,4 @@ class _WithoutDocstrings(ast.NodeTransformer):
 
 def _files(thing: object, base: type) -> set[Path]:
     classes = [each for each in type(thing).__mro__ if issubclass(each, base)]
-    return {Path(getfile(each)) for each in classes if each is not Part}
+    return {Path(getfile(each)) for each in classes if each is not Parameters}

@@ -14,7 +14,7 @@ from baselines.controller import LayeredController
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.scores import EPISODES, Score, score_of_controller, score_of_scenario
 from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.parameters import BaseScenario, Part, leaves
+from swarm_forage_env.parameters import BaseScenario, Parameters, leaves
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import (
     CONTROLLERS,
@@ -113,17 +113,19 @@ def grouped_parameters(listed: Listed) -> Iterator[tuple[str, str, list[Paramete
             yield name, _first_line(part), parameters
 
 
-def _parts(whole: Part, prefix: str = "") -> Iterator[tuple[str, Part]]:
+def _parts(whole: Parameters, prefix: str = "") -> Iterator[tuple[str, Parameters]]:
     """The parts of a scenario and their parts, by dotted name."""
     for name, value in whole:
-        if isinstance(value, Part):
+        if isinstance(value, Parameters):
             yield prefix + name, value
             yield from _parts(value, f"{prefix}{name}.")
 
 
-def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> Iterator[Parameter]:
+def _parameters(
+    part: Parameters, prefix: str, origins: Mapping[str, str] | None
+) -> Iterator[Parameter]:
     for name, value in part:
-        if isinstance(value, Part):
+        if isinstance(value, Parameters):
             continue
         field = type(part).model_fields[name]
         text = field.description or ""
@@ -132,7 +134,7 @@ def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> I
         elif origins and prefix + name in origins:
             text = f"{text.partition('. ')[0]}. {origins[prefix + name]}"
         if isinstance(value, tuple):
-            value = [each.model_dump() if isinstance(each, Part) else each for each in value]
+            value = [each.model_dump() if isinstance(each, Parameters) else each for each in value]
         unit, origin = UNIT.search(text), (ORIGIN.findall(text) or [""])[-1]
         meaning = UNIT.sub("", text, count=1).removesuffix(f" ({origin})")
         yield Parameter(prefix + name, value, unit[1] if unit else "", origin, meaning)

@@ -3,10 +3,10 @@
 from typing import Protocol, runtime_checkable
 
 from swarm_forage_env.interface import MotionLayer
-from swarm_forage_env.parameters import BaseScenario, Part
+from swarm_forage_env.parameters import BaseScenario, Parameters
 from swarm_forage_env.registry import Registry
 
-MOTIONS: Registry[type[Part]] = Registry("motion")
+MOTIONS: Registry[type[Parameters]] = Registry("motion")
 """Parameters by name. A compiled motion is a `CompiledMotion`; a motion in NumPy has a method
 `start(scenario, seeds)`, which returns a `MotionRule`."""
 

@@ -20,7 +20,7 @@ from baselines.motion.flock import GOAL, Gains, Vector, choose_gains, sum_of_rul
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
-from swarm_forage_env.parameters import NotNegative, Part, Positive
+from swarm_forage_env.parameters import NotNegative, Parameters, Positive
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.records import Readings, Situation
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
@@ -52,7 +52,7 @@ def steer(
 
 
 @MOTIONS.register("boids")
-class BoidsParameters(Part):
+class BoidsParameters(Parameters):
     """Boids: a robot adds up the rules of its neighbours and its goal, each with a gain."""
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")

@@ -30,7 +30,7 @@ from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel, MotionLayer
-from swarm_forage_env.parameters import NotNegative, Part, Positive, Share
+from swarm_forage_env.parameters import NotNegative, Parameters, Positive, Share
 from swarm_forage_env.record import Numbers, Record, field
 
 Wheels = Float32[Array, "2"]
@@ -200,7 +200,7 @@ def steer(
 
 
 @MOTIONS.register("subsumption")
-class SubsumptionParameters(Part):
+class SubsumptionParameters(Parameters):
     """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders."""
 
     avoidance: Literal["tangential", "literal"] = Field(

@@ -13,11 +13,11 @@ from baselines.running import RunningLayers
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.foraging.metrics import nearest_areas
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Rows, rows
 
 
-class OracleWeighting(Part):
+class OracleWeighting(Parameters):
     """Keep the own estimate, or copy the heard one with its p, whichever errs less."""
 
     heard_p_share: ClassVar[float] = 1.0

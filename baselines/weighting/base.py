@@ -4,10 +4,10 @@ from typing import Protocol, runtime_checkable
 
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import BaseScenario, Part
+from swarm_forage_env.parameters import BaseScenario, Parameters
 from swarm_forage_env.registry import Registry
 
-WEIGHTING_RULES: Registry[type[Part]] = Registry("weighting rule")
+WEIGHTING_RULES: Registry[type[Parameters]] = Registry("weighting rule")
 """Parameters by name. A compiled rule is a `CompiledWeighting`; a rule in NumPy is called with the
 records `Exchange`, a row for each robot."""
 

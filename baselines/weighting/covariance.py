@@ -5,7 +5,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Numbers
 
 
@@ -16,7 +16,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 
 @WEIGHTING_RULES.register("covariance")
-class Covariance(Part):
+class Covariance(Parameters):
     """Own and heard covariance count alike; which estimate counts more, the matrices say.
 
         g = 1 / 2

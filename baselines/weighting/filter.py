@@ -4,11 +4,11 @@ from typing import ClassVar
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 
 
 @WEIGHTING_RULES.register("filter")
-class Filter(Part):
+class Filter(Parameters):
     """The gain that belongs to the estimator, whichever it is.
 
     Where robots visit waypoints, the whole correction: g = 1. Where they forage, the rule of

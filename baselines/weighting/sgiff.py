@@ -9,7 +9,7 @@ from swarm_forage_env.equations.elementary import tanh
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import NotNegative, Part
+from swarm_forage_env.parameters import NotNegative, Parameters
 from swarm_forage_env.record import Numbers
 
 CENTIMETRES = 100.0
@@ -27,7 +27,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 
 @WEIGHTING_RULES.register("sgiff")
-class SGIFF(Part):
+class SGIFF(Parameters):
     """Imitation by the Fermi function of the difference in confidence.
 
         g_i = 1 / (1 + exp(-beta (p_i - p_j)))

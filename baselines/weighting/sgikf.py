@@ -5,7 +5,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Numbers
 
 
@@ -17,7 +17,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 
 @WEIGHTING_RULES.register("sgikf")
-class SGIKF(Part):
+class SGIKF(Parameters):
     """The gain of an induced Kalman filter, with path lengths for covariances.
 
         g_i = p_i / (p_i + p_j)

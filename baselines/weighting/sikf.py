@@ -7,7 +7,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Numbers
 
 
@@ -20,7 +20,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 
 @WEIGHTING_RULES.register("sikf")
-class SIKF(Part):
+class SIKF(Parameters):
     """The gain of a Kalman filter, with norms of covariances for covariances.
 
         g_i = |P_i| / (|P_i| + |P_j|)

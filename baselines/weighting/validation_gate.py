@@ -24,7 +24,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import NotNegative, Part
+from swarm_forage_env.parameters import NotNegative, Parameters
 from swarm_forage_env.record import Numbers
 
 
@@ -38,7 +38,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 
 @WEIGHTING_RULES.register("validation_gate")
-class ValidationGate(Part):
+class ValidationGate(Parameters):
     """The gain of SGIKF for what lies inside a gate about the own estimate, else none.
 
         g_i = p_i / (p_i + p_j)  if  d <= slack + drift (p_i + p_j),  else 0

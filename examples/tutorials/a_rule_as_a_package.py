@@ -31,11 +31,11 @@ import numpy as np
 from pydantic import Field
 
 from baselines.weighting.base import WEIGHTING_RULES
-from swarm_forage_env.parameters import Part, Share
+from swarm_forage_env.parameters import Parameters, Share
 
 
 @WEIGHTING_RULES.register("hopeful")
-class Hopeful(Part):
+class Hopeful(Parameters):
     """Take the heard place, to a share, where it is nearer than the own one. Source: a tutorial."""
 
     heard_p_share: ClassVar[float] = 1.0

@@ -23,7 +23,7 @@ from swarm_forage_env.envs.rewards import REWARDS, OwnReward
 from swarm_forage_env.envs.stepping import Exchanges, Ticks, Worlds
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import BaseScenario, Count, Part, validated
+from swarm_forage_env.parameters import BaseScenario, Count, Parameters, validated
 from swarm_forage_env.policy_interface import Index, PolicyInterface
 from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
@@ -352,7 +352,7 @@ def _log_of(worlds: Worlds) -> Callable[..., None] | None:
     return worlds.kernel(write_log, {"log": worlds.task.log[worlds.layers.has_beliefs]})
 
 
-class _Worlds(Part):
+class _Worlds(Parameters):
     """Validation of the number of worlds."""
 
     n_worlds: Count

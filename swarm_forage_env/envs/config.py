@@ -12,7 +12,7 @@ from swarm_forage_env.parameters import (
     BaseScenario,
     Count,
     NotNegative,
-    Part,
+    Parameters,
     Positive,
     Share,
 )
@@ -24,7 +24,7 @@ MAX_FRAMES = 1000
 """Observations of a robot together, at most: a network has an input for each of their numbers."""
 
 
-class PolicyKeywords(Part):
+class PolicyKeywords(Parameters):
     """What a policy replaces, what it observes, and how its actions are read."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")

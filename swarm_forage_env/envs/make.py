@@ -79,7 +79,7 @@ def _beside_everything(
 ) -> Controller:
     """What runs the swarm where some robots learn everything: the given controller all others."""
     task, n_robots = task_of(scenario), scenario.task.n_robots
-    policy = task.no_layers
+    policy = task.raw_control
     assert policy is not None
     learners = chosen_robots(config.learners, task.agents(n_robots))
     if len(learners) < n_robots:

@@ -25,13 +25,13 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from swarm_forage_env.parameters import NotNegative, Part, Share
+from swarm_forage_env.parameters import NotNegative, Parameters, Share
 
 FALSIFYING = ("liar", "stale")
 """Kinds that change what a robot tells."""
 
 
-class FaultKind(Part):
+class FaultKind(Parameters):
     """Which robots have a fault, and from when on."""
 
     share: Share = Field(
@@ -152,7 +152,7 @@ class Stale(FaultKind):
     """
 
 
-class Faults(Part):
+class Faults(Parameters):
     """Robots that fail, by kind of fault; none by default."""
 
     dead: Dead = Dead()

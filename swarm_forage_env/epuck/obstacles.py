@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from swarm_forage_env.compiler import plain
 from swarm_forage_env.equations import obstacles
 from swarm_forage_env.equations.obstacles import Capsules
-from swarm_forage_env.parameters import NotNegative, Part
+from swarm_forage_env.parameters import NotNegative, Parameters
 
 Point = tuple[float, float]
 
@@ -21,7 +21,7 @@ ROUNDING = 1e-9
 from_axis = plain(obstacles.from_axis)
 
 
-class Obstacle(Part):
+class Obstacle(Parameters):
     """What no robot can pass: a disc, a wall, a chain of walls, or a polygon of walls.
 
     One point and a radius are a disc. Two points are a straight wall, more are a chain of them, and

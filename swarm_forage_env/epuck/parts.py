@@ -11,10 +11,10 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from swarm_forage_env.epuck.obstacles import Point, check_corners
-from swarm_forage_env.parameters import BaseTask, Count, NotNegative, Part, Positive, Share
+from swarm_forage_env.parameters import BaseTask, Count, NotNegative, Parameters, Positive, Share
 
 
-class Arena(Part):
+class Arena(Parameters):
     """The walled floor, its centre at the origin, x along the long side."""
 
     length: Positive = Field(1.7, description="Side along x [m]. TR Table 2 (published)")
@@ -31,7 +31,7 @@ class Arena(Part):
         return self
 
 
-class Robot(Part):
+class Robot(Parameters):
     """The e-puck: a disc on two wheels."""
 
     radius: Positive = Field(0.035, ge=1e-3, description="Body radius [m]. TR 6.1 (published)")
@@ -55,7 +55,7 @@ class Robot(Part):
         return self
 
 
-class Sensors(Part):
+class Sensors(Parameters):
     """The robot's own sensors and their noise."""
 
     proximity_noise: Share = Field(
@@ -77,7 +77,7 @@ class Sensors(Part):
     )
 
 
-class Radio(Part):
+class Radio(Parameters):
     """The range-and-bearing board: who hears whom, and how badly."""
 
     max_range: Positive = Field(

@@ -84,7 +84,7 @@ class EpuckWorld(World):
         self.obstacles: Float64[Array, "worlds obstacles 5"] = np.zeros((self.n_worlds, 0, 5))
         """Capsules of every world, as many as `n_obstacles` of it says; zeros after them."""
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
-        self.take_over(range(self.n_worlds), scenarios)
+        self.replace_scenarios(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
         self._is_python = isinstance(self._physics, PythonPhysics)
         self.reset(seeds)
@@ -97,7 +97,7 @@ class EpuckWorld(World):
         """ConfigError if the robots find no room in the start circle."""
         _first_poses(scenario, seeds)
 
-    def take_numbers(self, first: int, last: int) -> None:
+    def write_parameters(self, first: int, last: int) -> None:
         """Write the numbers of these worlds' scenario, and make room for neighbours and cells."""
         scenario = self.scenarios[first]
         write_numbers(scenario, self.worlds[first:last])

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.epuck.obstacles import Point
 from swarm_forage_env.equations.ground import FLOOR
-from swarm_forage_env.parameters import NotNegative, Part, Positive
+from swarm_forage_env.parameters import NotNegative, Parameters, Positive
 
 KINDS = ("nest", "prey")
 """In the order of the axis `areas`."""
@@ -20,7 +20,7 @@ NEVER = -1
 """Tick at which an area moves that stays where it is."""
 
 
-class Area(Part):
+class Area(Parameters):
     """A nest or a prey area: a circle of task.area_radius on the floor."""
 
     kind: Literal["nest", "prey"] = Field("prey", description="What it is. (chosen)")

@@ -9,7 +9,7 @@ from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import Rows, rows
 from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY, Scene, Stage
 

@@ -16,7 +16,7 @@ from swarm_forage_env.foraging.metrics import (
     recruitment_time,
     total,
 )
-from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.raw_control import has_estimators
 
 SAMPLE_EVERY = 1.0
 """Time between two samples of the localisation error [s]."""

@@ -14,7 +14,7 @@ from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.records import PATH, PLACE, RobotState, Situation, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.global_state import GlobalState
-from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind

@@ -118,7 +118,7 @@ LEARNABLE = {
 
 
 @kernel
-def carry_out(robot: RobotState, said: Said) -> None:
+def apply_action(robot: RobotState, said: Said) -> None:
     """Command what the policy of a robot that forages says.
 
     Nobody reports itself lost, and nobody's beliefs are known: a robot that has visited an area

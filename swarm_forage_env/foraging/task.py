@@ -14,14 +14,14 @@ from swarm_forage_env.foraging.global_state import (
 from swarm_forage_env.foraging.policies import (
     FORAGING_STEERINGS,
     LEARNABLE,
-    carry_out,
+    apply_action,
     hear_words,
 )
 from swarm_forage_env.foraging.records import RobotState, Said
 from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.no_layers import NoLayers
+from swarm_forage_env.raw_control import RawControl
 from swarm_forage_env.task import TASKS, Task
 
 FORAGING = Task(
@@ -36,7 +36,7 @@ FORAGING = Task(
     policies=LEARNABLE,
     steerings=FORAGING_STEERINGS,
     gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}),
-    no_layers=NoLayers(Said, carry_out, hear_words, slots),
+    raw_control=RawControl(Said, apply_action, hear_words, slots),
     potential=FORAGING_POTENTIAL,
     global_state=ForagingState,
     episode=FORAGING_EPISODE,

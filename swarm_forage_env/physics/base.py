@@ -57,12 +57,3 @@ class PythonPhysics(Physics):
 
 ENGINES: Registry[Callable[[Sequence[EpuckScenario]], Physics]] = Registry("physics engine")
 """Engines by name; each is made from the scenario of every world of a block."""
-
-
-@ENGINES.register("kinematic")
-class Kinematic(Physics):
-    """Robots go where their wheels take them, without forces; where two overlap, they part.
-
-    In a contact they keep turning their wheels and are moved apart along the line between their
-    centres; they do not push, slide or turn each other.
-    """

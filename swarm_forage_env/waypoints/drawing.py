@@ -3,7 +3,7 @@
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.scene import EXPLORING, STATES, TALKING, GoalField, Localised, Scene, Stage
 from swarm_forage_env.waypoints.scenario import WaypointsScenario

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_forage_env.episode import EpisodeHeader, EpisodeKind, MeasuredLoop
-from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.raw_control import has_estimators
 
 
 @dataclass(frozen=True)

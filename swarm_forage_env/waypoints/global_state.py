@@ -7,7 +7,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.global_state import GlobalState
-from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind

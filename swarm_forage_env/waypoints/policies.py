@@ -116,7 +116,7 @@ LEARNABLE = {
 
 
 @kernel
-def carry_out(robot: RobotState, said: Said) -> None:
+def apply_action(robot: RobotState, said: Said) -> None:
     """Command what the policy of a robot that visits waypoints says."""
     robot.command.claim = said.claim > 0.0
     for k in range(2):

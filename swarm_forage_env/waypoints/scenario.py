@@ -20,13 +20,13 @@ from swarm_forage_env.parameters import (
     BaseTask,
     Count,
     NotNegative,
-    Part,
+    Parameters,
     Positive,
     Share,
 )
 
 
-class CreateRobot(Part):
+class CreateRobot(Parameters):
     """The robot: an iRobot Create, which turns, speeds up and slows down within limits."""
 
     max_speed: Positive = Field(0.5, description="Highest speed [m/s] (code)")
@@ -45,7 +45,7 @@ class CreateRobot(Part):
         return self
 
 
-class WaypointSensors(Part):
+class WaypointSensors(Parameters):
     """What the robot measures and how badly; every error is normally distributed.
 
     Smaller errors than the bounds allow leave covariances that 64 bits cannot tell from singular.

@@ -5,14 +5,20 @@ import numpy as np
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import hypot
-from swarm_forage_env.no_layers import NoLayers
+from swarm_forage_env.raw_control import RawControl
 from swarm_forage_env.record import field
 from swarm_forage_env.task import TASKS, Events, Potential, Task
 from swarm_forage_env.waypoints.control import decide_world
 from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.global_state import WAYPOINT_TRAJECTORY, WaypointsState
-from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, carry_out, hear_words, robots
+from swarm_forage_env.waypoints.policies import (
+    LEARNABLE,
+    STEERINGS,
+    apply_action,
+    hear_words,
+    robots,
+)
 from swarm_forage_env.waypoints.records import RobotState, Said, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
@@ -63,7 +69,7 @@ WAYPOINTS = Task(
     policies=LEARNABLE,
     steerings=STEERINGS,
     is_joint=True,
-    no_layers=NoLayers(Said, carry_out, hear_words, robots),
+    raw_control=RawControl(Said, apply_action, hear_words, robots),
     potential=Potential(potential),
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,

@@ -49,7 +49,7 @@ class WaypointsWorld(World):
         """Who sees whom: for every robot a row of those of its world."""
         self.worlds = WorldState.array((self.n_worlds,))
         """Clock and numbers of every world."""
-        self.take_over(range(self.n_worlds), scenarios)
+        self.replace_scenarios(range(self.n_worlds), scenarios)
         self.reset(seeds)
 
     @property
@@ -62,7 +62,7 @@ class WaypointsWorld(World):
         """What `run_ticks` has free names for."""
         return {"tick_world": tick_world, "move_world": nothing}
 
-    def take_numbers(self, first: int, last: int) -> None:
+    def write_parameters(self, first: int, last: int) -> None:
         """Write the numbers of these worlds' scenario."""
         write_numbers(self.scenarios[first], self.worlds[first:last])
 

@@ -20,7 +20,7 @@ from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError
-from swarm_forage_env.parameters import Part, Share
+from swarm_forage_env.parameters import Parameters, Share
 from swarm_forage_env.registry import CONTROLLERS, Registry
 from swarm_forage_env.scenarios import find_scenario
 
@@ -167,7 +167,7 @@ def test_boids_run_on_both_tasks_and_subsumption_forages(name):
         social.check_supports(waypoints)
 
 
-class MyRule(Part):
+class MyRule(Parameters):
     """A rule from outside: always the same share."""
 
     heard_p_share: ClassVar[float] = 1.0

@@ -34,7 +34,17 @@ def test_help_is_shown_without_a_command(command):
         assert name in stdout
 
 
-COMMANDS = "list", "evaluate", "plot", "reproduce", "watch", "bench", "train", "benchmark"
+COMMANDS = (
+    "list",
+    "evaluate",
+    "plot",
+    "reproduce",
+    "watch",
+    "bench",
+    "train",
+    "dataset",
+    "benchmark",
+)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS, Registry
 from swarm_forage_env.scenarios import find_scenario
@@ -50,7 +50,7 @@ def test_every_part_cites_its_source(layer, name):
 @pytest.mark.parametrize(("layer", "name"), PARTS)
 def test_every_part_is_a_frozen_group_of_described_parameters(layer, name):
     part = REGISTRIES[layer][name]
-    assert issubclass(part, Part)
+    assert issubclass(part, Parameters)
     assert part.model_config["frozen"]
     assert part.model_config["extra"] == "forbid"
     assert all(field.description for field in part.model_fields.values())

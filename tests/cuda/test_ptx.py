@@ -82,7 +82,7 @@ def loop_of(controller, n_worlds=2):
     """A block of worlds of es1, or of the task that the controller is for."""
     seeds = list(range(n_worlds))
     found = REFERENCES if controller in REFERENCES else CONTROLLERS
-    chosen = FORAGING.no_layers if controller == "policy" else found[controller]
+    chosen = FORAGING.raw_control if controller == "policy" else found[controller]
     scenario = "aggregation" if controller == "gather" else "es1"
     return Loop(find_scenario(scenario), chosen, seeds, "kinematic")
 

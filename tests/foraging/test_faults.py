@@ -195,14 +195,14 @@ def test_a_learned_language_refuses_liars_by_name(name):
     from swarm_forage_env.task import task_of
 
     with pytest.raises(ConfigError, match=rf"faults\.{name}: .*'policy' cannot be falsified"):
-        Loop(world, task_of(world).no_layers, [0], "kinematic")
+        Loop(world, task_of(world).raw_control, [0], "kinematic")
 
 
 def test_a_reset_to_liars_is_refused_where_they_cannot_lie():
     from swarm_forage_env.task import task_of
 
     plain, liars = find_scenario("es1"), find_scenario("es1", {"faults.liar.share": 0.2})
-    found = Loop(plain, task_of(plain).no_layers, [0], "kinematic")
+    found = Loop(plain, task_of(plain).raw_control, [0], "kinematic")
     with pytest.raises(ConfigError, match=r"faults\.liar"):
         found.reset([1], scenarios=liars)
 

@@ -57,7 +57,7 @@ def companies():
             replace(dsgiff, motion=OUTSIDE, weighting=SGIKFInNumPy()),
         ),
         "estimators": mixed(dsgiff, named("sikf"), named("subsumption"), named("boids-adaptive")),
-        "a policy": mixed(FORAGING.no_layers, dsgiff, named("sikf")),
+        "a policy": mixed(FORAGING.raw_control, dsgiff, named("sikf")),
     }
 
 
@@ -172,7 +172,7 @@ def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():
 
 
 def test_all_readers_are_shown_every_robots_own_mind():
-    loop = run(mixed(named("dsgiff"), named("sikf"), FORAGING.no_layers), [4, 5], 300)
+    loop = run(mixed(named("dsgiff"), named("sikf"), FORAGING.raw_control), [4, 5], 300)
     robots = np.arange(N)
     for kind, team in enumerate(loop.controller._running[:2]):
         own = np.tile(robots % 3 == kind, 2)

@@ -146,7 +146,7 @@ def test_what_a_motion_in_numpy_remembers_is_kept(bits):
 
 
 def test_the_robots_of_a_learner_of_everything_are_copied():
-    policy = TASKS["foraging"].no_layers
+    policy = TASKS["foraging"].raw_control
     loop = crowd(controller=policy)
     loop.controller.minds["speak"] = 1.0
     loop.world.robots["action"]["wheels"] = 0.7, 0.5

@@ -81,6 +81,13 @@ class ForagingLoop(Loop):
         compose = self.controller.estimator.kernels["compose"]
         self._compose_all = bind(compose_all, {"compose": compose})
 
+    def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
+        """Sense and observe by the stages that ticks use, so that no other kernel is compiled."""
+        for world, seed in zip(which, seeds, strict=True):
+            self.controller.reset(world, seed)
+        self.world.sense_first()
+        self.run_stages("observe")
+
     def _advance(self, n_ticks: int, modes: Any, first: int, last: int) -> None:
         """A tick, stage by stage, in which messages are composed that nobody will hear."""
         running = self.controller

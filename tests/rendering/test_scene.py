@@ -89,7 +89,7 @@ def test_a_robot_is_doing_what_it_believes_to_do(loop):
 
 
 def test_without_beliefs_a_robot_goes_where_the_task_sends_it(busy):
-    loop = Loop(busy, FORAGING.no_layers, [1])
+    loop = Loop(busy, FORAGING.raw_control, [1])
     loop.world.robots["leg"][0, :3] = 0, 1, 2
     scene = loop.scene()
     assert scene.doing[:3].tolist() == [EXPLORING, TO_THE_PREY, TO_THE_NEST]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.parameters import Part, leaves, override, resolve
+from swarm_forage_env.parameters import Parameters, leaves, override, resolve
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -39,11 +39,11 @@ def test_every_field_can_be_set_to_what_it_is():
     assert find_scenario("es1", tree) == scenario
 
 
-class Twin(Part):
+class Twin(Parameters):
     size: float = 1.0
 
 
-class Two(Part):
+class Two(Parameters):
     left: Twin = Twin()
     right: Twin = Twin()
 

@@ -9,7 +9,7 @@ import pytest
 from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario, Task
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.scenarios import find_scenario
 
 TABLE = {
@@ -76,7 +76,7 @@ def test_the_areas_lie_on_the_long_axis_inside_the_walls_and_outside_the_start(n
 @pytest.mark.parametrize("part", [Arena, Robot, Sensors, Radio, Task, Scenario])
 def test_every_number_says_what_it_is_in_which_unit_and_where_it_comes_from(part):
     for name, field in part.model_fields.items():
-        if name == "name" or isinstance(field.default, Part):
+        if name == "name" or isinstance(field.default, Parameters):
             continue
         text = field.description or ""
         assert re.search(UNIT, text) or re.search(DIMENSIONLESS, text), f"{name}: {text!r}"

@@ -18,7 +18,7 @@ from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.task import EpuckTask
 from swarm_forage_env.epuck.world import EpuckWorld
 from swarm_forage_env.interface import MotionLayer
-from swarm_forage_env.parameters import Part, Positive
+from swarm_forage_env.parameters import Parameters, Positive
 from swarm_forage_env.record import field
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
 
@@ -132,7 +132,7 @@ def steer(situation, readings, heard, wheels, memory, numbers):
 
 
 @MOTIONS.register("sweep")
-class Sweep(Part):
+class Sweep(Parameters):
     """Straight on, and away from what is near. Source: none needed."""
 
     tasks: ClassVar[tuple[str, ...]] = ("epuck",)

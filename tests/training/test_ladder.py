@@ -9,10 +9,10 @@ import yaml
 
 from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.errors import UnknownNameError
-from training.ladder import benchmark, figures
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from training.ladder import benchmark, cleanrl_trainer, figures
 from training.ladder.cards import score_references
-from training.ladder.play import play, random_actions
+from training.ladder.play import Watch, play, random_actions
 from training.ladder.rungs import (
     RANDOM,
     Score,
@@ -29,9 +29,11 @@ from training.ladder.runs import (
     keep,
     marl_eval,
     over_all,
+    read_kept,
     read_runs,
     rows_of,
     strata_of,
+    write_kept,
 )
 
 TINY = {"scenario": "near", "learn": "motion", "physics": "kinematic", "decision_period": 10,
@@ -120,7 +122,7 @@ def test_one_seed_one_score_and_blocks_do_not_matter(rung, monkeypatch):
     act = random_actions(keywords)
     still = ArrayEnv(**keywords).action_space.low * 0.0
 
-    def straight(observations, by_chance):
+    def straight(observations, begins, by_chance):
         return np.broadcast_to(still, (*observations.shape[:2], *still.shape))
 
     together = play(keywords, straight, [1, 2, 3])
@@ -140,7 +142,7 @@ def test_a_score_is_what_an_evaluation_counts(name, easier):
     meter, act, period = kind.meter(env.loop), random_actions(keywords), env.config.decision_period
     tick = 0
     while not env.is_over.any():
-        observations, *_ = env.step(act(observations, False))
+        observations, *_ = env.step(act(observations, env.is_over, False))
         tick += period
         meter.sample(tick)
     (found,) = meter.results()
@@ -167,6 +169,47 @@ def test_a_run_is_found_again_unless_its_configuration_has_changed(ran, tmp_path
     other = replace(rung, keywords={**rung.keywords, "discount": 0.5})
     assert find(replace(job, rung=other), tmp_path) is None
     assert read_runs(tmp_path, [other], find_algorithms(None)) == []
+
+
+def test_kept_runs_are_read_as_written_and_give_way_to_those_of_a_folder(ran, tmp_path):
+    rung, make = ran
+    kept, out, algorithms = tmp_path / "kept.parquet", tmp_path / "out", find_algorithms(None)
+    assert read_kept(kept) == []
+    runs = [replace(make(seed=k), scores=[7.0], scores_by_chance=[k]) for k in range(3)]
+    write_kept(runs, kept)
+    assert read_kept(kept) == runs
+    job = Job(rung, read_algorithms()["sb3_ppo"], 1)
+    assert find(job, out, runs) == runs[1]
+    anew = replace(runs[1], scores=[9.0])
+    keep(anew, job.file(out))
+    assert read_runs(out, [rung], algorithms, runs) == [runs[0], anew, runs[2]]
+    assert find(job, out, runs) == anew
+    kept.write_bytes(kept.read_bytes()[:-100])
+    with pytest.raises(ConfigError, match=r"kept.parquet: holds no runs of the ladder"):
+        read_kept(kept)
+
+
+def test_a_library_that_is_missing_is_told_and_left_out(monkeypatch):
+    said = []
+    monkeypatch.setattr(benchmark, "say", said.append)
+    monkeypatch.setitem(benchmark.TRAINERS, "benchmarl", "benchmarl_is_not_here")
+    found = benchmark.installed(find_algorithms(["sb3_ppo", "mappo"]))
+    assert [each.name for each in found] == ["sb3_ppo"]
+    assert [line.partition(":")[0] for line in said] == ["mappo is left out"]
+
+
+def test_cleanrl_s_ppo_learns_with_a_rate_that_falls(rung, monkeypatch):
+    rates, own = [], read_algorithms()["cleanrl_ppo"]
+    monkeypatch.setattr(
+        cleanrl_trainer, "update",
+        lambda agent, optimiser, seen, options: rates.append(optimiser.param_groups[0]["lr"]),
+    )  # fmt: skip
+    small = own.model_copy(update={"settings": {**own.settings, "steps": 8}})
+    watch = Watch(rung.test_keywords, 480, 2)
+    cleanrl_trainer.train(rung, small, 0, watch)
+    assert rates == pytest.approx([3e-4, 1.5e-4])
+    assert [point["robot_steps"] for point in watch.curve] == [240, 480]
+    assert len(play(rung.test_keywords, watch.best, [1000], by_chance=True)) == 1
 
 
 def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys):
@@ -196,7 +239,7 @@ def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):
     keywords = weighting.test_keywords
     in_ticks = {name: value for name, value in keywords.items() if name != "step_on"}
 
-    def half(observations, by_chance):
+    def half(observations, begins, by_chance):
         return np.zeros((*observations.shape[:2], 2), np.float32)
 
     scores = play(keywords, half, [1, 2, 3])

@@ -13,7 +13,7 @@ from swarm_forage_env.errors import ConfigError
 from training.experiment import HELD_BACK_SEEDS
 from training.ladder import benchmark, cards, commands, figures, play, runs
 from training.ladder.play import POINTS, Watch, robot_steps_of_a_decision
-from training.ladder.rungs import Score, read_algorithms, read_rungs
+from training.ladder.rungs import DEFAULTS, Score, read_algorithms, read_rungs
 from training.ladder.runs import Run
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 4,
@@ -40,7 +40,9 @@ def call(monkeypatch):
 
     monkeypatch.setattr(commands, "find_backend", found)
     monkeypatch.setattr(
-        benchmark, "run_jobs", lambda jobs, out, backend: done.jobs.append((jobs, out, backend))
+        benchmark,
+        "run_jobs",
+        lambda jobs, out, backend, kept: done.jobs.append((jobs, out, backend)),
     )
 
     def run(*arguments):
@@ -57,14 +59,14 @@ def kept(monkeypatch):
     names = list(read_rungs())[:2]
     found = [
         Run(name, "sb3_ppo", k, "key", {}, 1000, 60.0,
-            [{"robot_steps": 1000, "wall_s": 60.0, "scores": [7.0]}], (score,), (score,),
+            [{"robot_steps": 1000, "wall_s": 60.0, "scores": [7.0]}], [score], [score],
             {"numpy": "2"})
         for name, k, score in zip(names, (0, 3), (7.0, 9.0), strict=True)
     ]  # fmt: skip
     monkeypatch.setattr(
         runs, "read_runs",
-        lambda out, rungs, algorithms: [each for each in found
-                                        if each.rung in [rung.name for rung in rungs]],
+        lambda out, rungs, algorithms, kept: [each for each in found
+                                              if each.rung in [rung.name for rung in rungs]],
     )  # fmt: skip
     return found
 
@@ -105,15 +107,15 @@ def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch,
         Run("es1", name, 0, "key", {}, 6_000_000, 60.0, [], (score,), (0.5 * score,), {})
         for name, score in (("sb3_ppo", 230.0), ("sb3_dqn", 120.0))
     ]
-    monkeypatch.setattr(runs, "read_runs", lambda out, rungs, algorithms: found)
+    monkeypatch.setattr(runs, "read_runs", lambda *given: found)
+    monkeypatch.setattr(benchmark, "installed", list)
     output, done = call("defaults", "--seeds=2", f"--out={tmp_path}")
     ((jobs, out, _),) = done.jobs
     assert {(job.rung.name, job.seed) for job in jobs} == {("es1", 0), ("es1", 1)}
-    assert {job.algorithm.name for job in jobs} == set(commands.DEFAULTS)
+    assert {job.algorithm.name for job in jobs} == set(DEFAULTS)
     assert out == tmp_path
-    lines = [line for line in output.splitlines() if "SB3" in line]
-    for line, numbers in zip(lines, (("230.0", "115.0"), ("120.0", "60.0")), strict=True):
-        assert all(number in line for number in numbers)
+    lines = [line for line in output.splitlines() if "230.0" in line or "120.0" in line]
+    assert len(lines) == 2, output
 
 
 def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
@@ -124,7 +126,8 @@ def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
     monkeypatch.setattr(figures, "profiles", lambda rungs, *rest: f"profiles of {len(rungs)}")
     monkeypatch.setattr(figure_page, "save_figure", lambda *given: drawn.append(given[:2]))
     page = tmp_path / "page.md"
-    call("ladder", "--seeds=0", f"--out={tmp_path}", f"--page={page}")
+    told = (f"--out={tmp_path}", f"--kept={tmp_path / 'runs.parquet'}", f"--page={page}")
+    call("ladder", "--seeds=0", *told)
     folder = tmp_path / "images" / "ladder"
     assert drawn == [
         *((f"curves of {each.rung}", folder / f"{each.rung}.png") for each in kept),
@@ -132,7 +135,8 @@ def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
     ]
     text = page.read_text("utf-8")
     assert "2 runs, 2 min of training in all" in text
-    assert f"swarm-forage benchmark ladder --out={tmp_path} --page={page}" in text
+    assert f"swarm-forage benchmark ladder {' '.join(told)}" in text
+    assert runs.read_kept(tmp_path / "runs.parquet") == kept
 
 
 def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):
@@ -185,7 +189,7 @@ def test_a_decision_of_four_robots_lasts_their_ticks():
 def call_idly(monkeypatch, tmp_path):
     """Run a command of the ladder, of which nothing is done: its result."""
     monkeypatch.setattr(commands, "find_backend", lambda *given, **named: None)
-    monkeypatch.setattr(benchmark, "run_jobs", lambda jobs, out, backend: None)
+    monkeypatch.setattr(benchmark, "run_jobs", lambda *given: None)
     monkeypatch.setattr(cards, "score_references", lambda rung, out, backend: {})
     monkeypatch.chdir(tmp_path)
     return lambda *words: CliRunner().invoke(make_app(), ["benchmark", *words])

@@ -159,8 +159,6 @@ def test_the_page_tells_each_rung_all_together_and_how_it_was_made(rung):
         "- QMIX: `tiny` 1 seed of 2.5 M robot-steps",
     ):
         assert f"\n{line}\n" in f"{text}\n", line
-    assert page.runs_told_of(text) == 3
-    assert page.runs_told_of("1 run, 2 min of training in all") == 1
 
 
 def test_the_list_shows_each_rung_and_then_the_algorithms(rung):
@@ -192,16 +190,31 @@ def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):
     assert Job(rung, algorithm, 0, 1234).robot_steps == 1234
 
 
-@pytest.mark.parametrize(("n_runs", "loses"), [(2, True), (3, False), (4, False)])
-def test_a_page_of_more_runs_is_not_written_over(rung, tmp_path, n_runs, loses):
-    file = tmp_path / "page.md"
-    commands._check_loses_nothing(file, 0, tmp_path)
-    file.write_text(page.page([rung], [run_of(seed=k) for k in range(3)], ""))
-    if loses:
-        with pytest.raises(ConfigError, match=r"tells of 3 runs, and .* holds 2 of the rungs"):
-            commands._check_loses_nothing(file, n_runs, tmp_path)
-    else:
-        commands._check_loses_nothing(file, n_runs, tmp_path)
+def test_kept_runs_are_neither_lost_nor_replaced_by_shorter_ones(tmp_path):
+    kept = [run_of(seed=k) for k in range(3)]
+    commands._check_loses_nothing(tmp_path, kept, [*kept, run_of("qmix")])
+    shorter = [*kept[:2], replace(kept[2], robot_steps=1)]
+    for now in (kept[:2], shorter):
+        with pytest.raises(ConfigError, match=r"1 of its 3 runs .* of tiny, sb3_ppo, seed 2"):
+            commands._check_loses_nothing(tmp_path, kept, now)
+
+
+def test_a_page_is_not_written_over_without_the_runs_that_it_tells_of(tmp_path):
+    file, kept = tmp_path / "page.md", tmp_path / "kept.parquet"
+    commands._check_page(file, kept)
+    file.write_text("")
+    with pytest.raises(ConfigError, match=r"--page=.* is there already, and --kept="):
+        commands._check_page(file, kept)
+    kept.write_text("")
+    commands._check_page(file, kept)
+
+
+def test_defaults_are_told_seed_by_seed_and_how_many_beat_the_hand_written(rung):
+    runs = [run_of(seed=k, score=score) for k, score in enumerate((5.0, 9.0, 6.0))]
+    heads, best, rest = page.defaults_lines(rung, [*runs, run_of("qmix", score=12.0)])
+    assert heads[5] == "above ssgikf"
+    assert best[:6] == ("QMIX", "12", "12", "12.0", "12.0", "1 of 1")
+    assert rest == ("PPO (SB3)", "5 9 6", "5 9 6", "6.0", "5.0", "1 of 3", "2.5 M", "2 min")
 
 
 def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):

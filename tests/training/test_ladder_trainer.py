@@ -10,7 +10,7 @@ import pytest
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
 from training.ladder import benchmark, cards, sb3_trainer
-from training.ladder.play import random_actions
+from training.ladder.play import play, random_actions
 from training.ladder.rungs import RANDOM, Algorithm, Card, Rung, Score, _number, read_algorithms
 from training.ladder.runs import Job, Run, keep, over_all, read_run, rows_of
 
@@ -73,18 +73,35 @@ def test_stable_baselines3_learns_rollout_by_rollout_and_is_watched(monkeypatch,
     assert sb3_trainer.is_discrete(algorithm) is False
 
 
-def test_a_policy_acts_for_every_robot_of_every_world_by_chance_or_without():
+def test_a_policy_acts_for_every_robot_of_every_world_with_the_states_that_it_gave():
     asked = []
 
-    def predict(rows, deterministic):
-        asked.append((rows.shape, deterministic))
-        return rows[:, :2] * 2.0, None
+    def predict(rows, states, starts, deterministic):
+        asked.append((rows.shape, states, starts.tolist(), deterministic))
+        return rows[:, :2] * 2.0, len(asked)
 
     act = sb3_trainer._acting(SimpleNamespace(predict=predict))
     seen = np.arange(24.0).reshape(2, 3, 4)
-    for by_chance in (False, True):
-        assert act(seen, by_chance).tolist() == (2.0 * seen[..., :2]).tolist()
-    assert asked == [((6, 4), True), ((6, 4), False)]
+    begins = [True, True], [False, True], [True, True]
+    for each, by_chance in zip(begins, (False, True, False), strict=True):
+        given = act(seen, np.array(each), by_chance)
+        assert given.tolist() == (2.0 * seen[..., :2]).tolist()
+    assert asked == [
+        ((6, 4), None, [True] * 6, True),
+        ((6, 4), 1, [False] * 3 + [True] * 3, False),
+        ((6, 4), None, [True] * 6, True),
+    ]
+
+
+def test_a_policy_is_told_where_an_episode_starts(rung):
+    told, random = [], random_actions(rung.test_keywords)
+
+    def act(observations, begins, by_chance):
+        told.append(begins.tolist())
+        return random(observations, begins, by_chance)
+
+    play(rung.test_keywords, act, [1, 2])
+    assert told == [[True, True], [False, False]]
 
 
 @pytest.mark.parametrize(
@@ -122,12 +139,12 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(
 
 
 def test_runs_that_are_made_are_kept_and_told_one_by_one(monkeypatch, rung, tmp_path):
-    said, seconds, asked = [], iter((100.0, 107.0)), []
+    said, seconds, asked = [], iter((100.0, 103.0, 106.0, 107.0)), []
     monkeypatch.setattr(benchmark, "say", said.append)
     monkeypatch.setattr(benchmark, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: asked.append(algorithm.name))
-    jobs = benchmark.jobs_of([rung], [read_algorithms()["sb3_ppo"]], 3, 480)
-    first = replace(run_of(), key=jobs[0].key)
+    jobs = benchmark.jobs_of([rung], [read_algorithms()["sb3_ppo"]], 3, 2_500_000)
+    first = replace(run_of(steps=2_500_000), key=jobs[0].key)
     keep(first, jobs[0].file(tmp_path))
 
     def ran(make, todo):
@@ -136,8 +153,8 @@ def test_runs_that_are_made_are_kept_and_told_one_by_one(monkeypatch, rung, tmp_
     benchmark.run_jobs(jobs, tmp_path, SimpleNamespace(run=ran))
     assert said == [
         f"1 of 3 runs found in {tmp_path}, 2 to make",
-        "tiny, sb3_ppo, seed 1: 7.0 after 2.5 M robot-steps in 65 s",
-        "tiny, sb3_ppo, seed 2: 7.0 after 2.5 M robot-steps in 65 s",
+        "tiny, sb3_ppo, seed 1: 7.0 after 2.5 M robot-steps in 65 s; about 3 s left",
+        "tiny, sb3_ppo, seed 2: 7.0 after 2.5 M robot-steps in 65 s; about 0 s left",
         "done in 7 s",
     ]
     assert asked == ["sb3_ppo"], "what is missing is told before anything trains"
@@ -182,8 +199,8 @@ def test_algorithms_are_told_the_best_first_and_those_of_most_rungs_before(rung)
 def test_references_are_scored_by_their_own_episodes(monkeypatch, rung, tmp_path):
     said, written = [], []
     monkeypatch.setattr(cards, "say", said.append)
-    two_of_each = [0.0, 2.0, 4.0, 4.0]
-    monkeypatch.setattr(cards.Plan, "results", lambda plan: two_of_each)
+    two_of_each = [[0.0, 2.0], [4.0, 4.0]]
+    monkeypatch.setattr(cards.Plan, "by_configuration", lambda plan: two_of_each)
     monkeypatch.setattr(cards, "scores", list)
     monkeypatch.setattr(cards, "run_with_progress", lambda *given: None)
     monkeypatch.setattr(cards, "play", lambda *given: [5.0, 6.0])
@@ -210,7 +227,9 @@ def test_random_actions_are_those_of_a_seed(rung):
     seen = np.zeros((2, 3, 5))
     for options, seed in (({}, 0), ({"seed": 4}, 4)):
         expected = np.random.default_rng(seed).uniform(space.low, space.high, (2, 3, 2))
-        found = random_actions(rung.test_keywords, **options)(seen, True)
+        found = random_actions(rung.test_keywords, **options)(
+            seen, np.ones(len(seen), np.bool_), True
+        )
         np.testing.assert_array_equal(found, expected.astype(np.float32))
 
 

@@ -253,4 +253,4 @@ def test_robots_of_a_policy_understand_those_of_the_layers_beside_it():
         beside = policy_controller(still, name).language(scenario)
         assert beside == find_controller(name).language(scenario)
     everything = policy_controller(still, learn="everything").language(scenario)
-    assert everything is task_of(scenario).no_layers
+    assert everything is task_of(scenario).raw_control

@@ -12,6 +12,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 from swarm_forage_env import ArrayEnv, ConfigError
+from swarm_forage_env.spaces import Feature
 from training import ppo_learner, tensor_vec_env
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
@@ -133,6 +134,43 @@ def test_long_rollouts_have_many_minibatches(monkeypatch):
     )
     learner.learn(1)
     assert sizes == [24] * 4 * TERMS.n_epochs
+
+
+class RobotAndTime:
+    """The number of the robot, and the share of its world's time that is left."""
+
+    def features(self, scenario, agents):
+        return [Feature(name, "", 0.0, 4.0) for name in ("robot", "time")]
+
+    def write(self, context, out):
+        out[:, :, 0] = range(out.shape[1])
+        out[:, :, 1] = context.time_left[:, None]
+
+
+def test_minibatches_are_of_whole_worlds_where_rows_go_together():
+    terms = replace(TERMS, rows_together=4)
+    learner, found = learner_of(terms, observation=RobotAndTime), []
+    evaluate = learner.policy.evaluate_actions
+    learner.policy.evaluate_actions = lambda seen, actions: (
+        found.append(seen) or evaluate(seen, actions)
+    )
+    learner.learn(1)
+    assert sum(map(len, found)) == 96 * TERMS.n_epochs
+    for seen in found:
+        numbers, times = seen.view(-1, 4, 2).unbind(2)
+        assert (numbers == torch.arange(4) / 4).all()
+        assert (times == times[:, :1]).all()
+    assert len(times.unique()) > 1
+
+
+def test_rows_that_cannot_go_together_are_refused():
+    with pytest.raises(ConfigError, match="rows_together=3: must divide the 8 rows"):
+        learner_of(replace(TERMS, rows_together=3))
+    exchanges = {"learn": "weighting", "step_on": "exchange", "decision_period": None}
+    own = replace(TERMS, rows_together=4)
+    learner = learner_of(own, max_cycles=600, shaping=0.0, **exchanges)
+    with pytest.raises(ConfigError, match="rows_together=4: actions of some of these rows count"):
+        learner.learn(1, seed=0)
 
 
 def test_choices_are_refused():

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.spaces import Discrete
+from sb3_contrib import RecurrentPPO
 from stable_baselines3 import PPO, SAC, TD3
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
@@ -38,6 +39,12 @@ def untrained(**options):
 
 
 usual = functools.cache(untrained)
+
+
+@functools.cache
+def recurrent():
+    return RecurrentPPO("MlpLstmPolicy", env_of(), n_steps=8, batch_size=8, seed=0, device="cpu",
+                        policy_kwargs={"lstm_hidden_size": 8})  # fmt: skip
 
 
 def saved(file, **options):
@@ -316,9 +323,9 @@ def test_what_a_model_tells_of_itself_is_of_known_types(file, changes):
 
 @pytest.mark.parametrize(
     ("keywords", "told"),
-    [({"net_arch": 1e9}, "net_arch"), ({"net_arch": [10**7, 10**4]}, "its weights do not fit: net"),
-     ({"net_arch": [2**40]}, "its weights do not fit: net_arch asks"),
-     ({"net_arch": {"pi": [64], "vf": [10**6] * 3}}, "its weights do not fit: net_arch asks"),
+    [({"net_arch": 1e9}, "net_arch"), ({"net_arch": [10**7, 10**4]}, "its weights do not fit: pol"),
+     ({"net_arch": [2**40]}, "its weights do not fit: policy_kwargs ask"),
+     ({"net_arch": {"pi": [64], "vf": [10**6] * 3}}, "its weights do not fit: policy_kwargs ask"),
      ({"net_arch": [-1]}, "greater than or equal to 1"), ({"net_arch": [8] * 101}, "at most 100"),
      ({"net_arch": [8]}, "its weights do not fit: array '.*' is .* must be"),
      ({"net_arch": {"x": [8]}}, "net_arch"), ({"n_critics": 10**9}, "n_critics"),
@@ -331,6 +338,22 @@ def test_what_a_model_tells_of_itself_is_of_known_types(file, changes):
 def test_a_network_is_made_only_where_its_weights_are_there(file, keywords, told):
     changed_data(file, policy_kwargs=keywords)
     refuses(file, told)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "told"),
+    [({"lstm_hidden_size": 10**6}, "its weights do not fit: policy_kwargs ask"),
+     ({"n_lstm_layers": 100}, "its weights do not fit: policy_kwargs ask"),
+     ({"n_lstm_layers": 2**40}, "n_lstm_layers"),
+     ({"lstm_hidden_size": 4}, "its weights do not fit: array '.*' is .* must be"),
+     ({"lstm_kwargs": {"proj_size": 2}}, "policy_kwargs.lstm_kwargs: Extra")],
+    ids=str,
+)  # fmt: skip
+def test_an_lstm_is_made_only_where_its_weights_are_there(tmp_path, keywords, told):
+    recurrent().save(tmp_path / "m.zip")
+    use(tmp_path / "m.zip")
+    changed_data(tmp_path / "m.zip", policy_kwargs=keywords)
+    refuses(tmp_path / "m.zip", told)
 
 
 @pytest.mark.parametrize("keywords", [{"net_arch": [{"pi": [8], "vf": [4]}]}, {"net_arch": []}])

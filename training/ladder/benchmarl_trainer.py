@@ -15,7 +15,7 @@ from tensordict import TensorDict, TensorDictBase
 from tensordict.nn import TensorDictModuleBase
 from torchrl.envs.utils import ExplorationType, set_exploration_type
 
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Bool
 from training.benchmarl_tasks import SwarmForageClass, settings
 from training.ladder.play import Act, Watch, robot_steps_of_a_decision
 from training.ladder.rungs import Algorithm, Rung
@@ -94,7 +94,7 @@ class _Watcher(Callback):  # type: ignore[misc]
 
 
 def _acting(policy: TensorDictModuleBase, group: str) -> Act:
-    def act(observations: Array, by_chance: bool) -> Array:
+    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
         how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
         worlds, robots = observations.shape[:2]
         seen = TensorDict({"observation": torch.from_numpy(observations)}, [worlds, robots])

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import torch
 
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
 from training.ladder.play import Act, Watch
@@ -55,7 +55,7 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
 
 def _acting(agent: Agent) -> Act:
     @torch.no_grad()
-    def act(observations: Array, by_chance: bool) -> Array:
+    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
         choice = agent.act(rows_of(observations))
         actions = (choice.sample() if by_chance else choice.mean).clamp(-1.0, 1.0)
         chosen: Array = actions.reshape(*observations.shape[:2], -1).numpy()

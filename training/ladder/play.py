@@ -8,14 +8,15 @@ from typing import TypedDict
 import numpy as np
 
 import baselines.controllers  # noqa: F401 runs the layers that are not learned
-from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.envs.array_env import ArrayEnv
 from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
 from training.ladder.rungs import Keywords
 
-Act = Callable[[Array, bool], Array]
+Act = Callable[[Array, Bool[Array, " worlds"], bool], Array]
 """Maps observations (worlds, robots, numbers) to actions (worlds, robots, numbers), which are
-stochastic, as in training, or deterministic."""
+stochastic, as in training, or deterministic. It is told in which worlds an episode starts: a
+recurrent policy keeps the states of all robots between two calls."""
 
 ROWS = 1000  # robots in a block, about
 
@@ -40,8 +41,9 @@ def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: b
     env = ArrayEnv(n_worlds=len(seeds), **keywords)
     observations, _ = env.reset(list(seeds))
     score, is_scored = np.zeros(len(seeds)), np.zeros(len(seeds), np.bool_)
+    over = np.ones(len(seeds), np.bool_)
     while not is_scored.all():
-        observations, *_ = env.step(act(observations, by_chance))
+        observations, *_ = env.step(act(observations, over, by_chance))
         over = env.is_over
         if over.any():  # from exchange to exchange one world's episode ends before another's
             score = np.where(is_scored, score, _score(env))
@@ -75,7 +77,7 @@ def random_actions(keywords: Keywords, seed: int = 0) -> Act:
     """A policy that draws each action uniformly from the action space."""
     space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
 
-    def act(observations: Array, by_chance: bool) -> Array:
+    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
         shape = (*observations.shape[:2], *space.shape)  # type: ignore[misc] # never None
         return generator.uniform(space.low, space.high, shape).astype(np.float32)  # type: ignore[union-attr]
 

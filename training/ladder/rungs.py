@@ -11,7 +11,7 @@ from pydantic import Field
 
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.parameters import BaseScenario, Count, Part, Positive, validated
+from swarm_forage_env.parameters import BaseScenario, Count, Parameters, Positive, validated
 from swarm_forage_env.scenarios import find_scenario
 
 FOLDER = Path(__file__).parents[1] / "benchmarl_tasks" / "conf" / "task" / "swarm_forage"
@@ -35,7 +35,7 @@ MARK = "  # Written by `swarm-forage benchmark cards`: means of test episodes, 9
 """What stands below this line of a file is not written by hand."""
 
 
-class Score(Part):
+class Score(Parameters):
     """A mean over test episodes and its 95 % interval; None where all are equal."""
 
     mean: float = 0.0
@@ -44,7 +44,7 @@ class Score(Part):
     episodes: Count = 1
 
 
-class Card(Part):
+class Card(Parameters):
     """What a rung is about, how it is scored, and what others score."""
 
     rung: Count = Field(1, description="Its place on the ladder")
@@ -146,7 +146,7 @@ def _number(value: float | None) -> str:
     return "null" if value is None else f"{value:.4g}"
 
 
-class Algorithm(Part):
+class Algorithm(Parameters):
     """What is trained, by which library, under which settings; tuned on no rung of its own."""
 
     name: str = Field("", description="That of its file")

@@ -1,16 +1,23 @@
-"""Train by stable-baselines3: PPO, SAC or DQN, one policy for all robots."""
+"""Train by stable-baselines3: PPO, RecurrentPPO, SAC or DQN, one policy for all robots."""
 
+import numpy as np
 import torch
+from sb3_contrib import RecurrentPPO
 from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Bool
 from training.ladder.play import Act, Watch
 from training.ladder.rungs import Algorithm, Rung
 from training.vec_env import SwarmVecEnv
 
-MODELS = {"": PPO, "sac": SAC, "dqn": DQN}  # the algorithms, by their names
+MODELS = {
+    "": PPO,
+    "recurrent_ppo": RecurrentPPO,
+    "sac": SAC,
+    "dqn": DQN,
+}  # the algorithms, by their names
 STRIDE = 1000  # steps of all environments between two looks at how far an off-policy training is
 
 
@@ -26,8 +33,9 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     if is_discrete(algorithm):
         keywords["discrete"] = keywords.get("discrete") or True
     env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **keywords)
+    policy = "MlpLstmPolicy" if algorithm.algorithm == "recurrent_ppo" else "MlpPolicy"
     model = MODELS[algorithm.algorithm](
-        "MlpPolicy", env, gamma=keywords["discount"], seed=seed, device="cpu", **algorithm.settings
+        policy, env, gamma=keywords["discount"], seed=seed, device="cpu", **algorithm.settings
     )
     stride = STRIDE if algorithm.algorithm else 1
     while env.env.robot_steps < watch.robot_steps:
@@ -38,9 +46,14 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
 
 
 def _acting(policy: BasePolicy) -> Act:
-    def act(observations: Array, by_chance: bool) -> Array:
+    states: tuple[Array, ...] | None = None
+
+    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
+        nonlocal states
         rows = observations.reshape(-1, observations.shape[-1])
-        actions: Array = policy.predict(rows, deterministic=not by_chance)[0]
+        starts = np.repeat(begins, observations.shape[1])
+        before = None if begins.all() else states
+        actions, states = policy.predict(rows, before, starts, deterministic=not by_chance)
         return actions.reshape(*observations.shape[:2], *actions.shape[1:])
 
     return act

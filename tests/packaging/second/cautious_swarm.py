@@ -19,7 +19,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
-from swarm_forage_env.parameters import Part, Share
+from swarm_forage_env.parameters import Parameters, Share
 from swarm_forage_env.record import Numbers, Rows
 from swarm_forage_env.registry import CONTROLLERS
 
@@ -31,7 +31,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 
 @WEIGHTING_RULES.register("cautious")
-class Cautious(Part):
+class Cautious(Parameters):
     """A share of the gain of SGIKF: whoever hears something believes it in part only."""
 
     trust: Share = Field(0.5, description="Share of the gain")
@@ -42,7 +42,7 @@ class Cautious(Part):
 
 
 @WEIGHTING_RULES.register("cautious_arrays")
-class CautiousArrays(Part):
+class CautiousArrays(Parameters):
     """The same rule in NumPy: called with the exchanges of all robots, and compiled by nobody."""
 
     heard_p_share: ClassVar[float] = 0.0

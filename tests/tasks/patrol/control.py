@@ -12,7 +12,7 @@ from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.base import no_gain
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, EstimatorLayer, MotionLayer, WeightingLayer
-from swarm_forage_env.parameters import Part, Positive, Share
+from swarm_forage_env.parameters import Parameters, Positive, Share
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.templates import row_template
@@ -76,7 +76,7 @@ def steer(situation, readings, wheels, memory, numbers):
 
 
 @ESTIMATORS.register("patrol_mean")
-class Mean(Part):
+class Mean(Parameters):
     """The next place as a running mean. Source: textbook (exponential smoothing)."""
 
     tasks: ClassVar[tuple[str, ...]] = ("patrol",)
@@ -91,7 +91,7 @@ class Mean(Part):
 
 
 @WEIGHTING_RULES.register("patrol_alone")
-class Alone(Part):
+class Alone(Parameters):
     """Robots on patrol tell each other nothing. Source: none needed."""
 
     tasks: ClassVar[tuple[str, ...]] = ("patrol",)
@@ -101,7 +101,7 @@ class Alone(Part):
 
 
 @MOTIONS.register("patrol_ahead")
-class Ahead(Part):
+class Ahead(Parameters):
     """Straight to the next place. Source: textbook (proportional control)."""
 
     tasks: ClassVar[tuple[str, ...]] = ("patrol",)

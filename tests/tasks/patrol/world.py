@@ -124,7 +124,7 @@ class PatrolWorld(World):
         super().__init__(scenarios, seeds)
         self.robots = RobotState.array((self.n_worlds, self.n_robots))
         self.worlds = WorldState.array((self.n_worlds,))
-        self.take_over(range(self.n_worlds), scenarios)
+        self.replace_scenarios(range(self.n_worlds), scenarios)
         self.reset(seeds)
 
     @property
@@ -135,7 +135,7 @@ class PatrolWorld(World):
     def functions(self):
         return {"tick_world": tick_world, "move_world": nothing}
 
-    def take_numbers(self, first, last):
+    def write_parameters(self, first, last):
         world, scenario = self.worlds[first:last], self.scenarios[first]
         for name in ("tick", "speed", "axle", "noise"):
             world[name] = getattr(scenario, name)

@@ -18,24 +18,24 @@ from swarm_forage_env.ticks import Arrays
 
 lane: Kernel
 lanes: Kernel
-carry_out: Kernel
+apply_action: Kernel
 hear_words: Kernel
 """Free names of the templates: lanes, and functions of the task."""
 
 
 @row_template
-def carry_out_world(
+def apply_actions(
     world_arrays: Arrays,
     layer_arrays: Arrays,
     trouble: Int64[Array, " worlds_and_one"],
     w: int,
     n_robots: int,
 ) -> None:
-    """Command what the policies of a world's members say. Free names: carry_out, lane, lanes."""
+    """Command what the policies of a world's members say. Free names: apply_action, lane, lanes."""
     robots, minds, settings = world_arrays[0], layer_arrays[0], layer_arrays[3]
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:
-            carry_out(robots[w, i], minds[w, i])
+            apply_action(robots[w, i], minds[w, i])
 
 
 @kernel
@@ -75,13 +75,13 @@ def estimators_of(minds: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class NoLayers:
+class RawControl:
     """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
 
     said: type[Record]
     """What the policy says beside what it commands, and what it hears."""
 
-    carry_out: Kernel
+    apply_action: Kernel
     """Commands what the action says; of one robot and what it said."""
 
     hear_words: Kernel
@@ -112,7 +112,7 @@ class NoLayers:
         robots = [robot for robot, own in enumerate(each[0]) if own is not None]
         return RunningPolicy(self, world, robots)
 
-    def with_parameters(self, values: Mapping[str, object]) -> "NoLayers":
+    def with_parameters(self, values: Mapping[str, object]) -> "RawControl":
         """There are no parameters."""
         return self
 
@@ -122,7 +122,7 @@ class RunningPolicy:
 
     def __init__(
         self,
-        policy: NoLayers,
+        policy: RawControl,
         world: Any,  # noqa: ANN401 of its task
         robots: Sequence[int],
     ) -> None:
@@ -141,9 +141,9 @@ class RunningPolicy:
     def compiled(self) -> CompiledLayers:
         """What robots command and are told, for one call with the worlds."""
         functions: dict[str, Kernel] = {
-            "carry_out": self._policy.carry_out,
+            "apply_action": self._policy.apply_action,
             "hear_words": self._policy.hear_words,
-            "decide_world": carry_out_world,
+            "decide_world": apply_actions,
             "observe_world": hear_world,
             "set_stream": set_no_stream,
         }

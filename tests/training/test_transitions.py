@@ -1,0 +1,185 @@
+"""Offline transitions: recorded in one action space, exact for each policy, kept and read whole."""
+
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from baselines.evaluation.dataset import DAMAGED
+from baselines.evaluation.experiment_config import ExperimentConfig
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.make import checked_parts
+from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenarios import find_scenario
+from tests.scripts import ROOT
+from training import train_command
+from training.network_policy import save_network, shapes_of
+from training.policy_card import card_of
+from training.policy_controller import policy_controller
+from training.transition_recording import DatasetOptions, Recording
+from training.transitions import COLUMNS, card_in, read
+
+SEED = 7
+BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 90.0}
+SHORT = {"task.duration": 5.0}
+TICKS = 50
+"""Of a short episode."""
+
+
+@pytest.fixture
+def record(tmp_path):
+    """A function that runs the command into one folder, which it returns."""
+    train_command.add_commands()
+    folder = tmp_path / "runs" / "es1-transitions"
+
+    def run(*arguments, scenario="es1", settings=SHORT):
+        changes = [f"--set={name}={value}" for name, value in settings.items()]
+        options = [*changes, f"--seed={SEED}", f"--out={folder}"]
+        train_command.app(["dataset", scenario, *arguments, *options], standalone_mode=False)
+        return folder
+
+    return run
+
+
+@pytest.fixture
+def network(tmp_path):
+    """The name of a policy that drives with reflexes, and holds its actions for ten ticks."""
+    parts = checked_parts("es1", None, {})
+    form = PolicyForm([parts.scenario], parts.config)
+    shapes = shapes_of([len(form.layout), len(form.action.layout)])
+    rng = np.random.default_rng(0)
+    weights = {name: rng.normal(0.0, 1.0, each).astype("f4") for name, each in shapes.items()}
+    file = tmp_path / "policy" / "best.safetensors"
+    save_network(file, weights, card_of(parts))
+    return f"network:{file}"
+
+
+@pytest.mark.parametrize(
+    ("scenario", "policy", "physics", "learners"),
+    [
+        ("es1", "ssgikf", "kinematic", None),
+        ("es1", "learned-both", "rigid", 3),
+        ("es1", "random", "kinematic", 3),
+        ("es1", "network", "kinematic", 3),
+        ("near", "ssgiff:beta=0.02", "rigid", 2),
+        ("aggregation", "gather", "rigid", 2),
+        ("waypoints-05", "boids-goal", "kinematic", 2),
+    ],
+)
+def test_what_was_recorded_is_what_an_environment_shows_and_pays(
+    record, network, scenario, policy, physics, learners
+):
+    name, settings = network if policy == "network" else policy, BUSY if scenario == "es1" else {}
+    settings = {"task.duration": 20.0, **settings}
+    options = [f"--learners={learners}"] if learners else []
+    options += ["--episodes=2", f"--physics={physics}"]
+    folder = record(name, *options, scenario=scenario, settings=settings)
+    played, card = read(folder, name), card_in(folder, name)
+    env = ArrayEnv(
+        scenario, 2, DatasetOptions("es1", []).find(name), learners=learners, physics=physics,
+        **card.keywords.model_dump(), **settings,
+    )  # fmt: skip
+    shape = 2, len(env.learners), env.max_cycles
+    rows = {key: each.reshape(*shape, *each.shape[1:]) for key, each in played.items()}
+    observed, _ = env.reset(seed=[SEED, SEED + 1])
+    for tick in range(env.max_cycles):
+        assert_array_equal(rows["observation"][:, :, tick], observed)
+        observed, earned, _, truncated, _ = env.step(rows["action"][:, :, tick])
+        assert_array_equal(rows["next_observation"][:, :, tick], observed)
+        assert_array_equal(rows["reward"][:, :, tick], earned)
+        assert (rows["truncated"][:, :, tick] == truncated[:, None]).all()
+    assert set(np.unique(rows["seed"][1])) == {SEED + 1}
+    assert_array_equal(rows["robot"][0, :, 0], env.learner_numbers)
+    assert not played["terminated"].any()
+    assert policy != "learned-both" or played["reward"].any()
+
+
+def test_a_card_names_the_layers_beside_which_a_clone_plays(record, network):
+    folder = record(network, "random", "ssgiff:beta=0.02", "--episodes=1")
+    named = {name: card_in(folder, name).controller for name in ("random", "ssgiff:beta=0.02")}
+    assert named == {"random": "ssgikf", "ssgiff:beta=0.02": "ssgiff:weighting.beta=0.02"}
+    assert card_in(folder, network).controller == "ssgikf"
+
+
+def test_random_actions_are_uniform(record):
+    folder = record("random:action=wheels,reflexes=false,decision_period=1", "--episodes=4")
+    actions = read(folder)["action"]
+    shares = np.histogram(actions, bins=4, range=(-1.0, 1.0))[0] / actions.size
+    assert actions.size == 4 * 10 * TICKS * 2
+    assert np.abs(shares - 0.25).max() < 0.03
+
+
+def test_random_choices_are_refused(record):
+    with pytest.raises(ConfigError, match="policy random: draws numbers, not choices"):
+        record("random:discrete=true")
+
+
+def test_a_run_goes_on_and_a_damaged_file_is_recorded_again(record, capsys):
+    command = "ssgikf", "--episodes=3", "--learners=1"
+    folder = record(*command)
+    before = read(folder)
+    whole, lost, damaged = sorted(folder.rglob("*.parquet"))
+    untouched = whole.stat().st_mtime_ns
+    lost.unlink()
+    content = bytearray(damaged.read_bytes())
+    content[300] ^= 1
+    damaged.write_bytes(content)
+    with pytest.raises(ConfigError, match="not a readable Parquet file"):
+        read(folder)
+    record(*command)
+    assert "150 transitions" in (told := capsys.readouterr().err)
+    assert "2 episodes to play" in told
+    assert whole.stat().st_mtime_ns == untouched
+    assert damaged.with_name(f"_{damaged.name}{DAMAGED}").is_file()
+    after = read(folder)
+    for name in (*COLUMNS, "policy"):
+        assert_array_equal(after[name], before[name])
+
+
+def test_what_cannot_be_read_as_one_is_refused(record, tmp_path):
+    with pytest.raises(ConfigError, match="holds none; record some with"):
+        read(tmp_path)
+    folder = record("ssgikf", "--episodes=1")
+    with pytest.raises(ConfigError, match="holds none of policy 'nc'"):
+        read(folder, "nc")
+    record("gather", "--episodes=1", scenario="aggregation")
+    with pytest.raises(ConfigError, match="do not observe and act alike"):
+        read(folder)
+    record("ssgikf", "--episodes=1", "--learners=1")
+    with pytest.raises(ConfigError, match="are one episode under other numbers"):
+        read(folder)
+
+
+def test_a_policy_whose_commands_do_not_repeat_the_episode_is_refused():
+    rng = np.random.default_rng(0)
+    moody = policy_controller(lambda seen: rng.uniform(-1.0, 1.0, (len(seen), 2)), name="moody")
+    scenario = find_scenario("es1", SHORT)
+    recording = Recording(ExperimentConfig("moody", scenario, moody, "kinematic"), learners=1)
+    with pytest.raises(ConfigError, match="'moody': its commands alone do not repeat"):
+        recording.play([SEED])
+
+
+def test_a_learned_weighting_of_another_trainer_is_refused():
+    policy = policy_controller(lambda seen: seen[:, :2], learn="weighting", name="other")
+    recording = Recording(ExperimentConfig("other", find_scenario("es1"), policy))
+    with pytest.raises(ConfigError, match="takes the place of weighting, which stands in no card"):
+        _ = recording.card
+
+
+@pytest.mark.torchrl
+def test_torchrl_takes_the_transitions_as_the_page_says(record, tmp_path, monkeypatch):
+    pytest.importorskip("tensordict", reason="run `make test-torchrl`")
+    record("ssgikf", "--episodes=1")
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs" / "trainers.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```py\n(from tensordict.*?)```", page, re.DOTALL)
+    found = {}
+    exec(code, found)
+    batch = found["transitions"]
+    assert batch["action"].shape == (10 * TICKS, 2)
+    is_last = batch["next", "done"][:, 0]
+    assert is_last.sum() == 10
+    goes_on = ~is_last[:-1]
+    assert (batch["next", "observation"][:-1] == batch["observation"][1:])[goes_on].all()
