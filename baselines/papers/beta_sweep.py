@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from baselines.evaluation.statistics import CONFIDENCE, Estimate, compare
-from baselines.papers.claim_types import Claim, Verdict, above
+from baselines.papers.claim_types import Claim, Effect, Verdict, above, order_effect
 from baselines.papers.experiments import (
     CrossValidatedBest,
     Experiment,
@@ -69,6 +69,15 @@ class BestBeta(Claim):
         same = bool(np.isclose(ours.value, self.published))
         return self.published, ours, same, None
 
+    def effects(self, results: Results) -> list[Effect]:
+        """The published beta makes more round trips than every other."""
+        best = self.sweep.at(self.published)
+        return [
+            order_effect(*(sample(results, each, round_trips) for each in (best, other)))
+            for other in self.sweep.experiments
+            if other != best
+        ]
+
 
 @dataclass(frozen=True)
 class OptimumInsideRange(Claim):
@@ -82,6 +91,14 @@ class OptimumInsideRange(Claim):
         inside = BETAS[0] < ours.value < BETAS[-1]
         return f"{BETAS[1]:g} to {BETAS[-2]:g}", ours, inside, None
 
+    def effects(self, results: Results) -> list[Effect]:
+        """The best beta inside makes more round trips than either end."""
+        smallest, *inside, largest = self.sweep.experiments
+        best = sample(results, CrossValidatedBest(tuple(inside)), round_trips)
+        return [
+            order_effect(best, sample(results, end, round_trips)) for end in (smallest, largest)
+        ]
+
 
 @dataclass(frozen=True)
 class OtherBetasBelow(Claim):
@@ -92,15 +109,20 @@ class OtherBetasBelow(Claim):
     reference: Source
 
     def _verdict(self, results: Results) -> Verdict:
-        best = self.sweep.at(self.sweep.optimum(results).value)
-        base = sample(results, self.reference, round_trips)
-        others = [
-            sample(results, experiment, round_trips)
-            for experiment in self.sweep.experiments
-            if experiment != best
-        ]
+        base, others = self._sides(results)
         comparisons = [compare(base, trips) for trips in others]
         ratios = [ratio for trips in others if (ratio := compare(trips, base).ratio)]
         largest = max(ratios, key=lambda ratio: ratio.value, default=None)
         p = max((each.p for each in comparisons if each.p is not None), default=None)
         return "< 1", largest, all(map(above, comparisons)), p
+
+    def effects(self, results: Results) -> list[Effect]:
+        """The reference makes more round trips than every beta but the best of these episodes."""
+        base, others = self._sides(results)
+        return [order_effect(base, trips) for trips in others]
+
+    def _sides(self, results: Results) -> tuple[list[float], list[list[float]]]:
+        best = self.sweep.at(self.sweep.optimum(results).value)
+        others = [each for each in self.sweep.experiments if each != best]
+        base = sample(results, self.reference, round_trips)
+        return base, [sample(results, each, round_trips) for each in others]

@@ -5,12 +5,14 @@ touching that band; a share within 10 points; an order with a Mann-Whitney p bel
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from typing import Protocol, runtime_checkable
 
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 from baselines.papers.experiments import (
     Experiment,
+    HasExperiments,
     Metric,
     Pool,
     Results,
@@ -32,6 +34,9 @@ INDISTINCT = 0.05
 
 POINTS = 0.10
 """How far a share may lie from the published one."""
+
+MARGIN = 0.03
+"""Two means are equivalent if their ratio lies within 1 - MARGIN and 1 + MARGIN."""
 
 FARTHEST = math.log(20.0)
 """No number counts as missed by more, so that zero has a logarithm."""
@@ -70,6 +75,49 @@ def claim_result(
         return ClaimResult(text, published, None, None, None, reproduced=False)
     low, high = ours.interval or (None, None)
     return ClaimResult(text, published, ours.value, low, high, reproduced, p)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a claim says of one mean, or of the ratio of two: that it lies from `low` to `high`."""
+
+    values: Sequence[float]
+    """A number for each seed."""
+    base: Sequence[float]
+    """The same of the other side; ones for a mean."""
+    low: float
+    high: float
+
+    @property
+    def says(self) -> str:
+        """The range in words.
+
+        >>> Effect([2.0], [1.0], 1.0, math.inf).says
+        '> 1'
+        """
+        if math.isinf(self.high):
+            return f"> {self.low:g}"
+        return f"< {self.high:g}" if math.isinf(self.low) else f"{self.low:g} to {self.high:g}"
+
+
+def mean_effect(values: Sequence[float], low: float, high: float) -> Effect:
+    """What is said of a mean."""
+    return Effect(values, [1.0] * len(values), low, high)
+
+
+def order_effect(higher: Sequence[float], lower: Sequence[float]) -> Effect:
+    """That one mean lies above another."""
+    return Effect(higher, lower, 1.0, math.inf)
+
+
+@runtime_checkable
+class DecidableClaim(HasExperiments, Protocol):
+    """Protocol of a claim that more episodes can decide (`baselines.papers.sequential`)."""
+
+    text: str
+
+    def effects(self, results: Results) -> Sequence[Effect]:
+        """The effects of the claim, all of which must lie where it says."""
 
 
 Verdict = tuple[float | str, Estimate | None, bool, float | None]
@@ -126,6 +174,12 @@ class Number(Claim):
         near = within(ours, self.published - margin, self.published + margin)
         return self.published, ours, near, None
 
+    def effects(self, results: Results) -> list[Effect]:
+        """The mean lies in the band."""
+        margin = self.tolerance * self.published
+        values = sample(results, self.source, self.metric)
+        return [mean_effect(values, self.published - margin, self.published + margin)]
+
 
 @dataclass(frozen=True)
 class Below(Claim):
@@ -138,6 +192,10 @@ class Below(Claim):
     def _verdict(self, results: Results) -> Verdict:
         ours = estimate(sample(results, self.source, round_trips))
         return f"< {self.bound:g}", ours, ours.value < self.bound, None
+
+    def effects(self, results: Results) -> list[Effect]:
+        """The mean lies below the bound."""
+        return [mean_effect(sample(results, self.source, round_trips), -math.inf, self.bound)]
 
 
 @dataclass(frozen=True)
@@ -158,6 +216,14 @@ class Share(Claim):
         worst = max(shares, key=lambda ours: abs(ours.value - (low + high) / 2.0))
         said = low if low == high else f"{low:g} to {high:g}"
         return said, worst, within(worst, low - POINTS, high + POINTS), None
+
+    def effects(self, results: Results) -> list[Effect]:
+        """Every share lies in the range, 10 points allowed."""
+        low, high = self.published
+        return [
+            mean_effect(sample(results, each, self.metric), low - POINTS, high + POINTS)
+            for each in self.sources
+        ]
 
 
 @dataclass(frozen=True)
@@ -180,6 +246,14 @@ class Ratio(Claim):
         near = ours is not None and within(ours, self.published - margin, self.published + margin)
         return self.published, ours, near, None
 
+    def effects(self, results: Results) -> list[Effect]:
+        """The ratio lies in the band."""
+        margin = self.tolerance * self.published
+        values, base = (
+            sample(results, each, self.metric) for each in (self.numerator, self.denominator)
+        )
+        return [Effect(values, base, self.published - margin, self.published + margin)]
+
 
 @dataclass(frozen=True)
 class Order(Claim):
@@ -200,6 +274,10 @@ class Order(Claim):
         largest = max((each.p for each in comparisons if each.p is not None), default=None)
         return "> 1", least, all(map(above, comparisons)), largest
 
+    def effects(self, results: Results) -> list[Effect]:
+        """In every pair one lies above the other."""
+        return [order_effect(*_both(results, more, less, self.metric)) for more, less in self.pairs]
+
 
 @dataclass(frozen=True)
 class NoDifference(Claim):
@@ -217,6 +295,11 @@ class NoDifference(Claim):
         same = comparison.p is None or comparison.p >= INDISTINCT
         return 1.0, comparison.ratio, same, comparison.p
 
+    def effects(self, results: Results) -> list[Effect]:
+        """The two means are equivalent."""
+        values, base = (sample(results, each, self.metric) for each in (self.one, self.other))
+        return [Effect(values, base, 1.0 - MARGIN, 1.0 + MARGIN)]
+
 
 @dataclass(frozen=True)
 class Contrast(Claim):
@@ -230,6 +313,10 @@ class Contrast(Claim):
     def _verdict(self, results: Results) -> Verdict:
         comparison = compare(*self.contrast(results))
         return "> 1", comparison.ratio, above(comparison), comparison.p
+
+    def effects(self, results: Results) -> list[Effect]:
+        """The mean of the larger numbers lies above the other."""
+        return [order_effect(*self.contrast(results))]
 
 
 RangeClaim = Number | Below | Share | Ratio | Order

@@ -36,7 +36,12 @@ def reproduce(  # noqa: PLR0913 the options of a command
         bool, Option("--quick", help=f"{QUICK_EPISODES} replications, less exact.")
     ] = False,
     episodes: Annotated[
-        int | None, Option(help="Replications of each experiment.", show_default="as in the paper")
+        str | None,
+        Option(
+            metavar="<int|adaptive>",
+            help="Replications of each experiment, or as many as decide each claim, up to 400.",
+            show_default="as in the paper",
+        ),
     ] = None,
     seed: FirstSeedOption = 0,
     workers: WorkersOption = 2,
@@ -86,18 +91,33 @@ def reproduce(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.console import say
     from baselines.evaluation.runner import check_kept
     from baselines.papers import report
-    from baselines.papers.reproduction import ReproduceOptions, Reproduction
+    from baselines.papers.reproduction import ADAPTIVE, ReproduceOptions, Reproduction
+    from baselines.papers.sequential import decided_table
 
-    if episodes is None and quick:
-        episodes = QUICK_EPISODES
+    adaptive = episodes == ADAPTIVE
+    n = _number(episodes) if episodes and not adaptive else QUICK_EPISODES if quick else None
     spread = find_backend(backend, workers, threads, address)
-    run = Reproduction(ReproduceOptions(paper, episodes, seed, physics, settings or []), out)
+    options = ReproduceOptions(paper, n, adaptive, seed, physics, settings or [])
+    run = Reproduction(options, out)
     run.run_with_progress(spread)
     claim_results = run.claim_results()
+    if adaptive:
+        run.decide(spread)
     for file in run.write(claim_results, page, style):
         say(str(file))
     if form == "json":
         typer.echo(report.to_json(claim_results))
     else:
         Console().print(report.claims_table(claim_results))
+        if run.decided:
+            Console().print(decided_table(run.decided))
     check_kept(run.plan)
+
+
+def _number(episodes: str) -> int:
+    try:
+        return int(episodes)
+    except ValueError:
+        raise typer.BadParameter(
+            f"{episodes!r} is neither a whole number nor adaptive", param_hint="--episodes"
+        ) from None

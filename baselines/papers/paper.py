@@ -1,11 +1,10 @@
 """A paper: its claims, its figures, and the experiments that they need."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from baselines.evaluation.experiment_config import ExperimentConfig, parse_settings
-from baselines.evaluation.runner import Plan
+from baselines.evaluation.experiment_config import parse_settings
 from baselines.papers.claim_types import Claim, ClaimResult
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from baselines.papers.experiments import Experiment, Results
@@ -37,16 +36,6 @@ class Paper:
         parts: tuple[Claim | PaperFigure, ...] = (*self.claims, *self.figures)
         needed = dict.fromkeys(experiment for part in parts for experiment in part.experiments)
         return tuple(sorted(needed, key=_robot_steps, reverse=True))
-
-    def configurations(
-        self, physics: str | None, settings: Sequence[str] = ()
-    ) -> list[ExperimentConfig]:
-        """The configurations of all experiments, in their order; settings change scenarios."""
-        return [experiment.configuration(physics, settings) for experiment in self.experiments]
-
-    def results(self, plan: Plan) -> Results:
-        """The episodes of a finished plan, by experiment."""
-        return dict(zip(self.experiments, plan.by_configuration(), strict=True))
 
     def judge(self, results: Results) -> list[ClaimResult]:
         """The result of every claim."""

@@ -13,10 +13,11 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.tables import markdown, p_value
-from baselines.papers.claim_types import ClaimResult
+from baselines.papers.claim_types import MARGIN, ClaimResult
 from baselines.papers.experiments import Results
 from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import Paper
+from baselines.papers.sequential import ERROR, LOOKS, Decided, count, decided_markdown
 
 HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
 
@@ -51,7 +52,13 @@ def score(claim_results: Sequence[ClaimResult]) -> str:
     return f"{reproduced} of {len(claim_results)} claims reproduced"
 
 
-def page(paper: Paper, claim_results: Sequence[ClaimResult], results: Results, command: str) -> str:
+def page(
+    paper: Paper,
+    claim_results: Sequence[ClaimResult],
+    results: Results,
+    command: str,
+    decided: Sequence[Decided] = (),
+) -> str:
     """The Markdown page of a paper: its template with the results filled in."""
     figures = "\n\n".join(map(_figure, paper.figures))
     missed = [f"- {each.claim}" for each in claim_results if not each.reproduced]
@@ -61,12 +68,32 @@ def page(paper: Paper, claim_results: Sequence[ClaimResult], results: Results, c
         score=score(claim_results),
         claims=claims_markdown(claim_results),
         table=paper.table(results),
+        decided=_decided(decided),
         missed="\n".join(missed) or "Nothing.",
         figures=figures,
         left_open="\n\n".join(
             f"### {title}\n\n{left_open(place)}" for title, place in paper.left_open.items()
         ),
     )
+
+
+DECIDED = f"""## Decided by more episodes
+
+Episodes are added to a claim until the interval of its effect decides it, or there are
+{LOOKS[-1]}. A claim holds if the interval lies where it says, fails if the interval lies outside,
+and is *equivalent* if two sides, of which it says that one is above, differ by less than
+{MARGIN:.0%}. *Ours* is a mean, or the ratio of two over the same seeds, with Fieller's interval; of
+several it is the least. *{LOOKS[0]} episodes show* is half of the 95 % interval that {LOOKS[0]}
+episodes a side give where seeds are not shared. The probability that a claim is decided wrongly
+is {ERROR:.0%} at most, by Bonferroni's bound over {len(LOOKS)} looks
+(`baselines.papers.sequential`)."""
+
+
+def _decided(decided: Sequence[Decided]) -> str:
+    """The section of decisions; nothing without any."""
+    if not decided:
+        return ""
+    return f"{DECIDED}\n\n{count(decided)}.\n\n{decided_markdown(decided)}\n\n"
 
 
 def _figure(figure: PaperFigure) -> str:

@@ -15,13 +15,17 @@ from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import Plan, run_with_progress, warm_up, worlds_in_a_block
 from baselines.papers import report
 from baselines.papers.claim_types import ClaimResult
-from baselines.papers.experiments import Results
+from baselines.papers.experiments import Experiment, Results
 from baselines.papers.figures import write_figures
 from baselines.papers.paper import PAPERS
+from baselines.papers.sequential import Decided, decide_all, to_json
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
 PROBE = 0.3  # computing time of a probe, and as much again to let the robots meet [s]
+ADAPTIVE = "adaptive"
+"""The number of episodes that is as many as decide each claim."""
+
 BEAT = 20  # ticks between two looks at the clock
 
 
@@ -86,6 +90,7 @@ class ReproduceOptions:
 
     paper: str
     episodes: int | None = None  # None: as many as in the paper
+    adaptive: bool = False  # and then as many as decide each claim
     seed: int = 0
     physics: str | None = None  # None: the one that each scenario goes with
     settings: Sequence[str] = ()  # numbers of every scenario to change: `task.duration=600`
@@ -94,7 +99,8 @@ class ReproduceOptions:
     def command(self) -> str:
         """The command line that makes the same episodes again."""
         options = [f"--set={each}" for each in self.settings]
-        options += [f"--episodes={self.replications}", f"--seed={self.seed}"]
+        episodes = ADAPTIVE if self.adaptive else self.replications
+        options += [f"--episodes={episodes}", f"--seed={self.seed}"]
         options += [f"--physics={self.physics}"] if self.physics else []
         return shlex.join(["swarm-forage", "reproduce", self.paper, *options])
 
@@ -103,10 +109,10 @@ class ReproduceOptions:
         """Number of replications of each experiment."""
         return PAPERS[self.paper]().replications if self.episodes is None else self.episodes
 
-    @property
-    def seeds(self) -> range:
-        """The seeds of the replications."""
-        return seeds_from(self.seed, self.replications)
+
+def results_of(plan: Plan, experiments: Sequence[Experiment]) -> Results:
+    """The episodes of a finished plan, by experiment."""
+    return dict(zip(experiments, plan.by_configuration(), strict=True))
 
 
 class Reproduction:
@@ -117,12 +123,12 @@ class Reproduction:
         if options.physics is not None:
             check_physics(options.physics)
         self.paper = PAPERS[options.paper]()
-        self.command = options.command
+        self.options, self.command = options, options.command
         self.folder = out or Path("runs") / f"reproduce-{options.paper}"
-        configurations = self.paper.configurations(options.physics, options.settings)
-        dataset = Dataset(self.folder / "episodes")
-        dataset.open()
-        self.plan = Plan(configurations, options.seeds, dataset)
+        self._dataset = Dataset(self.folder / "episodes")
+        self._dataset.open()
+        self.plan = self._plan(self.paper.experiments, options.replications)
+        self.decided: list[Decided] = []
 
     def run_with_progress(self, backend: Backend) -> None:
         """Say how long it will take, and run the missing episodes."""
@@ -130,10 +136,26 @@ class Reproduction:
         say(f"about {format_duration(seconds)} to run, with {backend.workers} at a time")
         run_with_progress(self.plan, backend)
 
+    def decide(self, backend: Backend) -> None:
+        """Run as many episodes as decide each claim, or 400."""
+
+        def run(experiments: Sequence[Experiment], n: int) -> Results:
+            plan = self._plan(experiments, n)
+            run_with_progress(plan, backend)
+            return results_of(plan, experiments)
+
+        self.decided = decide_all(self.paper.claims, run)
+
+    def _plan(self, experiments: Sequence[Experiment], n: int) -> Plan:
+        """The episodes of some experiments under the first n seeds."""
+        of = self.options
+        configurations = [each.configuration(of.physics, of.settings) for each in experiments]
+        return Plan(configurations, seeds_from(of.seed, n), self._dataset)
+
     @cached_property
     def results(self) -> Results:
         """The episodes of every experiment; all must have been run."""
-        return self.paper.results(self.plan)
+        return results_of(self.plan, self.paper.experiments)
 
     def claim_results(self) -> list[ClaimResult]:
         """The result of every claim."""
@@ -148,6 +170,10 @@ class Reproduction:
         write_figures(self.paper.figures, self.results, folder, self.command, style)
         claims = self.folder / "claims.json"
         write_atomically(claims, (report.to_json(claim_results) + "\n").encode())
-        text = report.page(self.paper, claim_results, self.results, self.command)
+        text = report.page(self.paper, claim_results, self.results, self.command, self.decided)
         write_atomically(page, text.encode())
-        return [claims, page]
+        if not self.decided:
+            return [claims, page]
+        decisions = self.folder / "decisions.json"
+        write_atomically(decisions, (to_json(self.decided) + "\n").encode())
+        return [claims, decisions, page]

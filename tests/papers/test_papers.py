@@ -66,7 +66,8 @@ def test_a_claim_its_result_and_what_a_training_is_told_never_change():
 
 
 def test_every_experiment_can_be_configured(paper):
-    configurations = paper.configurations("kinematic", ["task.duration=10"])
+    change = "kinematic", ["task.duration=10"]
+    configurations = [each.configuration(*change) for each in paper.experiments]
     names = {
         (each.key, experiment)
         for each, experiment in zip(configurations, paper.experiments, strict=True)

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from baselines.evaluation import runner
-from baselines.papers import commands_reproduce, reproduction
+from baselines.papers import commands_reproduce, reproduction, sequential
 from baselines.papers.claim_types import ClaimResult, Number, Order
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
@@ -22,13 +22,13 @@ FOUND = [ClaimResult("a claim", 60.0, 59.0, 58.0, 61.0, True)]
 def test_the_command_line_is_that_of_the_same_episodes():
     plain = ReproduceOptions("social-odometry")
     assert plain.command == "swarm-forage reproduce social-odometry --episodes=30 --seed=0"
-    assert plain.seeds == range(30)
-    other = ReproduceOptions("ants2008", 3, 7, "kinematic", ["task.duration=60", "tick=0.2"])
+    other = ReproduceOptions("ants2008", 3, False, 7, "kinematic", ["task.duration=60", "tick=0.2"])
     assert other.command == (
         "swarm-forage reproduce ants2008 --set=task.duration=60 --set=tick=0.2"
         " --episodes=3 --seed=7 --physics=kinematic"
     )
-    assert other.seeds == range(7, 10)
+    adaptive = ReproduceOptions("ants2008", adaptive=True)
+    assert adaptive.command == "swarm-forage reproduce ants2008 --episodes=adaptive --seed=0"
 
 
 @pytest.mark.parametrize(
@@ -63,6 +63,7 @@ def called(monkeypatch):
 
     class Recorded:
         plan = "the plan"
+        decided = ()
 
         def __init__(self, options, out):
             found.append((options, out))
@@ -87,7 +88,7 @@ def test_a_command_without_options_runs_what_the_help_promises(called, command):
     status, stdout, _ = command("reproduce", "ants2008")
     assert status == 0
     (options, out), backend, written, checked = called
-    assert options == ReproduceOptions("ants2008", None, 0, None, [])
+    assert options == ReproduceOptions("ants2008", None, False, 0, None, [])
     assert out is None
     assert backend == ("joblib", 2, 1, None)
     assert written == (FOUND, None, "screen")
@@ -142,6 +143,22 @@ def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(reproduce, t
     assert json.loads((folder / "claims.json").read_text("utf-8")) == rows
     assert (folder / "social_odometry.md").exists()
     assert (folder / "figures" / "tr14.png").exists()
+
+
+def test_adaptive_episodes_decide_each_claim_on_the_page_and_as_json(
+    reproduce, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(sequential, "LOOKS", (2, 3))
+    status, stdout, stderr = reproduce("--episodes=adaptive", *SHORT)
+    assert status == 0
+    assert "Of 2 claims" in stdout
+    assert "4 of 4 episodes found" in stderr, "the first look needs nothing new"
+    folder = tmp_path / "runs" / "reproduce-social-odometry"
+    assert "## Decided by more episodes" in (folder / "social_odometry.md").read_text("utf-8")
+    rows = json.loads((folder / "decisions.json").read_text("utf-8"))
+    assert [row["decision"] for row in rows] == ["fails", "undecided"]
+    status, _, stderr = reproduce("--episodes=some", *SHORT)
+    assert (status, "'some' is neither a whole number nor adaptive" in stderr) == (2, True)
 
 
 def test_what_has_been_run_is_not_run_again(reproduce):

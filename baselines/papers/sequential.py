@@ -1,0 +1,193 @@
+"""Claims decided by as many episodes as that takes: a group sequential test of each claim.
+
+Episodes are added in blocks, both sides of a comparison under the same seeds. After each block
+every claim that is still open is looked at:
+
+- it holds, if the interval of each of its effects lies where the claim says;
+- it fails, if one interval lies outside;
+- it is equivalent, if it says that one side is above the other, and each interval that does not
+  show so lies within 3 % around equality;
+- otherwise it is open, and undecided after the last block.
+
+A claim is looked at `len(LOOKS)` times at most, so that each interval has the level
+1 - 0.05 / (looks x effects): the probability that any interval of a claim misses at any look is at
+most 5 % (Bonferroni; LanDeMets1983 spend the same 5 % less evenly). Each claim has 5 % of its own.
+Where a claim is of the best of several, as of the best beta, that is chosen by cross-validation
+(`CrossValidatedBest`), or by these same episodes, which a claim then says.
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+import numpy as np
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+from scipy import stats
+
+from baselines.evaluation.tables import markdown
+from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect
+from baselines.papers.experiments import Experiment, Results
+
+LOOKS = (30, 60, 120, 240, 400)
+"""Episodes of an experiment at each look."""
+
+ERROR = 0.05
+"""Probability that a claim is decided wrongly, at most."""
+
+Decision = Literal["holds", "fails", "equivalent", "undecided"]
+
+HEADINGS = ("claim", "says", "ours", "interval", "n", "30 episodes show", "decision")
+
+MISSING = "-"
+
+
+@dataclass(frozen=True)
+class Decided:
+    """The decision on one claim: a row of the table."""
+
+    claim: str
+    says: str
+    """Where the paper says that the effect lies."""
+    ours: float
+    """The mean, or the ratio of the means, of the effect that decides; the least of several."""
+    low: float
+    high: float
+    """Its interval; infinite where the mean of the base may be zero."""
+    n: int
+    """Episodes of each experiment."""
+    resolved: float
+    """Half of the 95 % interval that 30 unpaired episodes give, a share of the effect."""
+    decision: Decision
+
+
+def fieller_interval(
+    values: Sequence[float], base: Sequence[float], level: float
+) -> tuple[float, float]:
+    """The ends of the interval of mean(values) / mean(base), drawn in pairs.
+
+    A ratio r is inside unless mean(values - r base) differs from zero by a t test, so that the ends
+    are the roots of (x - r b)^2 = t^2 (S_xx - 2 r S_xb + r^2 S_bb) / n. The ends are infinite where
+    the mean of the base does not differ from zero itself.
+
+    Source: Fieller1954.
+    """
+    n, x, b = len(values), float(np.mean(values)), float(np.mean(base))
+    if n < 2:
+        return -math.inf, math.inf
+    (s_xx, s_xb), (_, s_bb) = np.cov(values, base) / n * stats.t.ppf(0.5 + 0.5 * level, n - 1) ** 2
+    square, half, rest = b * b - s_bb, x * b - s_xb, x * x - s_xx
+    if square <= 0.0:
+        return -math.inf, math.inf
+    root = math.sqrt(max(half * half - square * rest, 0.0))
+    return (half - root) / square, (half + root) / square
+
+
+def resolution(effect: Effect, n: int) -> float:
+    """Half of the 95 % interval of an effect in n episodes a side that are not paired.
+
+    A share of the effect, to first order; NaN where a mean is zero, or there is one episode only.
+    """
+    sides = np.array([effect.values, effect.base])
+    means = sides.mean(axis=1)
+    if sides.shape[1] < 2 or not means.all():
+        return math.nan
+    of_both = math.hypot(*(sides.std(axis=1, ddof=1) / means))
+    return float(stats.norm.ppf(0.975)) * of_both / math.sqrt(n)
+
+
+def decision_of(effect: Effect, low: float, high: float) -> Decision:
+    """What the interval of an effect says of it."""
+    if effect.low <= low and high <= effect.high:
+        return "holds"
+    if high < effect.low or low > effect.high:
+        return "fails"
+    one_sided = (effect.low, effect.high) == (1.0, math.inf)
+    if one_sided and low >= 1.0 - MARGIN and high <= 1.0 + MARGIN:
+        return "equivalent"
+    return "undecided"
+
+
+RANKS: tuple[Decision, ...] = ("fails", "undecided", "equivalent", "holds")
+"""The decision on a claim is the first of these that any of its effects has."""
+
+
+def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
+    """Decide a claim by n episodes of each experiment, at one of the looks."""
+    effects = claim.effects(results)
+    level = 1.0 - ERROR / (len(LOOKS) * len(effects))
+    judged = []
+    for effect in effects:
+        low, high = fieller_interval(effect.values, effect.base, level)
+        base = float(np.mean(effect.base))
+        ours = float(np.mean(effect.values)) / base if base else math.nan
+        told = ours, low, high, n, resolution(effect, LOOKS[0])
+        judged.append(Decided(claim.text, effect.says, *told, decision_of(effect, low, high)))
+    return min(judged, key=lambda each: (RANKS.index(each.decision), each.low))
+
+
+def decide_all(
+    claims: Iterable[Claim], run: Callable[[Sequence[Experiment], int], Results]
+) -> list[Decided]:
+    """Decide claims by as many episodes as that takes; `run` runs n of each experiment.
+
+    Claims without effects, as of published means within standard errors, are left out.
+    """
+    decided: dict[DecidableClaim, Decided] = {}
+    asked = [claim for claim in claims if isinstance(claim, DecidableClaim)]
+    for n in LOOKS:
+        still = [claim for claim in asked if claim not in decided]
+        if not still:
+            break
+        needed = dict.fromkeys(each for claim in still for each in claim.experiments)
+        results = run(tuple(needed), n)
+        for claim in still:
+            found = decide(claim, results, n)
+            if found.decision != "undecided" or n == LOOKS[-1]:
+                decided[claim] = found
+    return [decided[claim] for claim in asked]
+
+
+def count(decided: Sequence[Decided]) -> str:
+    """The sentence that says how many claims were decided how."""
+    each: Mapping[str, int] = {
+        rank: sum(row.decision == rank for row in decided) for rank in reversed(RANKS)
+    }
+    return f"Of {len(decided)} claims " + ", ".join(f"{n} {rank}" for rank, n in each.items())
+
+
+def to_json(decided: Sequence[Decided]) -> str:
+    """Decisions as one JSON array; what is not finite is null."""
+    rows = [
+        {
+            key: None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in asdict(each).items()
+        }
+        for each in decided
+    ]
+    return json.dumps(rows, indent=1, allow_nan=False)
+
+
+def decided_markdown(decided: Sequence[Decided]) -> str:
+    """The decisions as a table in Markdown."""
+    return markdown(HEADINGS, map(_cells, decided))
+
+
+def decided_table(decided: Sequence[Decided]) -> Group:
+    """The decisions for a terminal."""
+    table = Table(box=None, padding=(0, 1, 0, 0))
+    for heading in HEADINGS:
+        table.add_column(Text(heading), overflow="fold")
+    for each in decided:
+        table.add_row(*map(Text, _cells(each)))
+    return Group(table, Text(count(decided), style="bold"))
+
+
+def _cells(row: Decided) -> tuple[str, ...]:
+    ends = f"{row.low:.3g} to {row.high:.3g}" if math.isfinite(row.low) else MISSING
+    shows = MISSING if math.isnan(row.resolved) else f"± {100.0 * row.resolved:.2g} %"
+    ours = MISSING if math.isnan(row.ours) else f"{row.ours:.3g}"
+    return row.claim, row.says, ours, ends, str(row.n), shows, row.decision
