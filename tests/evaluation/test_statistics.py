@@ -14,6 +14,7 @@ from baselines.evaluation.statistics import (
     mann_whitney_p,
     mean_interval,
     performance_profile,
+    probability_of_improvement,
 )
 
 
@@ -153,3 +154,14 @@ def test_a_ratio_has_an_interval_though_its_samples_vary_by_less_than_one(values
     assert low < ratio.value < high
     mean = mean_interval(values if len(set(values)) > 1 else base)
     assert mean.interval[0] < mean.value < mean.interval[1]
+
+
+def test_the_probability_of_improvement_is_a_mean_over_tasks():
+    better = [[2.0, 3.0, 4.0], [1.0, 1.0]]
+    base = [[1.0, 1.5, 1.0], [1.0, 1.0, 1.0]]
+    found = probability_of_improvement(better, base)
+    assert (found.value, found.interval, found.n) == (0.75, None, 5)
+    low, high = probability_of_improvement([[1.0, 3.0, 2.0]], [[2.0, 1.0, 2.5]]).interval
+    assert 0.0 <= low < 0.5 < high <= 1.0
+    with pytest.raises(ValueError, match="zip"):
+        probability_of_improvement(better, base[:1])

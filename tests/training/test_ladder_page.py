@@ -154,6 +154,8 @@ def test_the_page_tells_each_rung_all_together_and_how_it_was_made(rung):
         "| **QMIX** | 12.0 | 1.00 | 12.0 | 12.0 | 1 seed | 2.5 M | 2 min |",
         "| PPO (SB3) | 0.50 | 1 | 2 |",
         "| QMIX | 1.00 | 1 | 1 |",
+        "| algorithm | probability that a run beats one of QMIX on the same rung | rungs |",
+        "| PPO (SB3) | 0.00 | 1 |",
         "3 runs, 4 min of training in all, with numpy 2:",
         "- PPO (SB3): `tiny` 2 seeds of 2.5 M robot-steps",
         "- QMIX: `tiny` 1 seed of 2.5 M robot-steps",

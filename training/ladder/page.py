@@ -10,7 +10,16 @@ from rich.table import Table
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
 from training.ladder.rungs import DEFAULTS, RANDOM, Rung, Score, title_of
-from training.ladder.runs import Row, Run, by_algorithm, by_rung, over_all, rows_of, score_word
+from training.ladder.runs import (
+    Row,
+    Run,
+    by_algorithm,
+    by_rung,
+    improvements,
+    over_all,
+    rows_of,
+    score_word,
+)
 
 PROFILE = "profile"  # the name of the figure of all rungs
 
@@ -101,7 +110,17 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
         for name, (estimate, n) in over_all(rungs, runs).items()
     ]
     words = "Algorithms that were run on other rungs are not to be compared here."
-    return f"{markdown(heads, lines)}\n\n{words}\n\n![Profiles](images/ladder/{PROFILE}.png)"
+    parts = [markdown(heads, lines), words, f"![Profiles](images/ladder/{PROFILE}.png)"]
+    base = next(iter(over_all(rungs, runs)))
+    better = improvements(rungs, runs, base)
+    if better:
+        words = f"probability that a run beats one of {title_of(base)} on the same rung"
+        pairs = [
+            (title_of(name), _with_interval(estimate.value, estimate.interval), str(n))
+            for name, (estimate, n) in better.items()
+        ]
+        parts.append(markdown(("algorithm", words, "rungs"), pairs))
+    return "\n\n".join(parts)
 
 
 def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:

@@ -22,7 +22,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from baselines.evaluation.dataset import DamagedFileError, read_table
-from baselines.evaluation.statistics import Estimate, iqm_interval
+from baselines.evaluation.statistics import Estimate, iqm_interval, probability_of_improvement
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
@@ -288,6 +288,24 @@ def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[E
         assert estimate is not None
         estimates[algorithm] = estimate, len(strata)
     return dict(sorted(estimates.items(), key=lambda each: (-each[1][1], -each[1][0].value)))
+
+
+def improvements(
+    rungs: Sequence[Rung], runs: Sequence[Run], base: str
+) -> dict[str, tuple[Estimate, int]]:
+    """Of each algorithm the probability that its run beats one of another on the same rung.
+
+    And on how many rungs both have runs; algorithms that share none are left out.
+    """
+    groups = by_algorithm(runs)
+    found = {}
+    for algorithm, own in groups.items():
+        names = {run.rung for run in own} & {run.rung for run in groups[base]}
+        shared = [rung for rung in rungs if rung.name in names]
+        if algorithm != base and shared:
+            strata = strata_of(shared, own), strata_of(shared, groups[base])
+            found[algorithm] = probability_of_improvement(*strata), len(shared)
+    return found
 
 
 def score_word(rung: Rung) -> str:
