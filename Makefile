@@ -7,6 +7,7 @@ FAULTS  ?= 100
 MUTANTS ?= equations weighting estimators statistics claims training learned_layers
 BIN     := .venv/bin
 READY   := .venv/.ready
+LIGHT   := .venv/.light
 TESTS   := pytest pytest-timeout hypothesis beartype
 REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3 \
 	mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests \
@@ -21,8 +22,15 @@ help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
 
 $(READY): pyproject.toml constraints.txt
+	@echo 'installing all that is tested, torch too, into .venv: some 2 GB, a few minutes'
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[$(EXTRAS)]'
+	@touch $(LIGHT) $@
+
+$(LIGHT): pyproject.toml constraints.txt
+	@echo 'installing what evaluates and draws into .venv, without torch: 700 MB, half a minute'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[evaluate]'
 	@touch $@
 
 .venv-rllib/.ready: pyproject.toml constraints-rllib.txt
@@ -56,9 +64,10 @@ $(READY): pyproject.toml constraints.txt
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
 
-demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
-	$(BIN)/swarm-forage evaluate es1 nc ssgikf ssgiff --episodes 30 --workers $(WORKERS) \
-		--out runs/demo --plot runs/demo.png
+demo: $(LIGHT)  ## evaluate three baselines on es1: table, boxplot, dataset, replay; a minute, no torch
+	$(BIN)/swarm-forage evaluate es1 nc ssgikf ssgiff:beta=0.001 --episodes 30 \
+		--workers $(WORKERS) --out runs/demo --plot runs/demo.png
+	$(BIN)/swarm-forage watch es1 ssgikf --seconds 600 --html runs/demo.html
 
 score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff:beta=0.001 ssgiff dsgiff \
@@ -137,7 +146,7 @@ bench-cuda: .venv-cuda/.ready  ## all figures of a GPU: speed, PPO from scratch,
 	.venv-cuda/bin/swarm-forage train motion es1 --device cuda --physics kinematic \
 		--algorithm cma --worlds 600 --out runs/cma_on_gpu
 
-reproduce: $(READY)  ## the claims and figures of the three papers, and faulty robots (hours)
+reproduce: $(READY)  ## the claims and figures of the three papers, faulty robots and other worlds (hours)
 	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \
 		--page docs/papers/social_odometry.md
 	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
@@ -145,6 +154,8 @@ reproduce: $(READY)  ## the claims and figures of the three papers, and faulty r
 		--page docs/papers/adaptive_boids.md
 	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 6 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/robustness.md
+	$(BIN)/swarm-forage reproduce transfer --set task.duration=1800 \
+		--physics kinematic --workers $(WORKERS) --page docs/papers/transfer.md
 
 pictures: $(READY)  ## the stills and the clip of README and docs
 	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 571 --seconds 1 --select 7 \

@@ -24,7 +24,9 @@ from baselines.evaluation.common_options import (
 QUICK_EPISODES = 6  # replications of each experiment: the fewest that can show an order
 
 
-PAPER_NAMES = "social-odometry", "ants2008", "adaptive-boids", "boids-foraging", "robustness"
+PAPER_NAMES = (
+    "social-odometry", "ants2008", "adaptive-boids", "boids-foraging", "robustness", "transfer",
+)  # fmt: skip
 """Names of the papers, which are not loaded to complete them."""
 
 
@@ -83,6 +85,8 @@ def reproduce(  # noqa: PLR0913 the options of a command
     **boids-foraging**: the motions of that paper where robots forage; no paper has it.
 
     **robustness**: every weighting rule among faulty robots and liars; no paper has it.
+
+    **transfer**: every policy of the box in worlds that it was not trained in; no paper has it.
 
     Says how long it will take before it starts. Every episode is kept in --out as soon as it
     has been run, so that a run that was stopped goes on where it was. The exit status is 0

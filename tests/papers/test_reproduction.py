@@ -34,7 +34,7 @@ def test_the_command_line_is_that_of_the_same_episodes():
 @pytest.mark.parametrize(
     ("paper", "n"),
     [("social-odometry", 30), ("ants2008", 30), ("adaptive-boids", 100), ("boids-foraging", 30),
-     ("robustness", 10)],
+     ("robustness", 10), ("transfer", 10)],
 )  # fmt: skip
 def test_every_paper_can_be_asked_for_and_has_its_replications(paper, n):
     assert ReproduceOptions(paper).replications == n

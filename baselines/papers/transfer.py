@@ -1,0 +1,207 @@
+"""Transfer: each policy of the box in worlds that it was not trained in, against the hand-written.
+
+Not in the papers: the experiment itself. And chosen here:
+- the worlds are es1 with one thing changed, and the other worlds of two or more areas;
+- a swarm has five robots at least, as a motion of the box observes up to four messages at once;
+- from ten robots on the arena grows with the swarm, as wide for its length as es1's, and the areas
+  stay as far apart; fewer robots have es1's arena;
+- the arena is as much longer as the areas are farther apart, and never shorter;
+- the score is the round trips of all robots, under the same seeds for all;
+- a policy falls below in a world if it makes fewer round trips than `ssgikf`, with a Mann-Whitney p
+  below 0.01.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from baselines.evaluation.figure_page import (
+    TICK,
+    finish_figure,
+    label_panel,
+    panel_grid,
+    style_in_use,
+)
+from baselines.evaluation.plot_style import INK
+from baselines.evaluation.statistics import Comparison, compare
+from baselines.evaluation.tables import markdown
+from baselines.papers.claim_types import Claim, Order, above
+from baselines.papers.experiments import Experiment, Results, round_trips, sample
+from baselines.papers.figures import PaperFigure, caption_of
+from baselines.papers.paper import PAPERS, Paper
+
+BASE = "ssgikf"
+
+POLICIES = (
+    "dsgiff-penalised", "learned-weighting", "learned-motion", "learned-both", "learned-sceptical",
+)  # fmt: skip
+"""What is held against `ssgikf`: the best of the hand-written filters, and the policies."""
+
+LENGTH, WIDTH, DISTANCE, N_ROBOTS, WHEEL_NOISE = 1.7, 1.2, 1.5, 10, 0.058
+"""Of es1: its arena and the distance of its areas [m], its robots, the noise of its wheels."""
+
+WIDEST = 1.5
+"""The colours reach as far: to 2^1.5 times as many, and as few."""
+
+DARK = 0.9
+"""From here on the colours are dark."""
+
+World = tuple[str, tuple[str, ...]]  # a scenario, and what is changed of it
+
+
+def with_robots(n: int) -> World:
+    """es1 with n robots, at es1's density from ten on."""
+    grown = math.sqrt(max(1.0, n / N_ROBOTS))
+    return "es1", (
+        f"task.n_robots={n}", f"arena.length={grown * LENGTH:.3g}",
+        f"arena.width={grown * WIDTH:.3g}", f"task.start_radius={grown * 0.2:.3g}",
+    )  # fmt: skip
+
+
+def with_distance(distance: float) -> World:
+    """es1 with areas so far apart [m], in an arena that is as much longer."""
+    length = max(LENGTH, LENGTH + distance - DISTANCE)
+    return "es1", (f"task.area_distance={distance:g}", f"arena.length={length:.3g}")
+
+
+AXES: Mapping[str, Mapping[str, World]] = {
+    "robots": {f"{n}": with_robots(n) for n in (5, 10, 20, 30, 50, 100)},
+    "distance of the areas [m]": {
+        f"{distance:g}": with_distance(distance) for distance in (0.6, 1.0, 1.5, 2.0, 3.0, 4.0)
+    },
+    "noise of the wheels, of es1's": {
+        f"{k:g}": ("es1", (f"sensors.wheel_noise={k * WHEEL_NOISE:.3g}",))
+        for k in (0.0, 0.5, 1.0, 1.5, 2.0, 3.0)
+    },
+    "range of the radio [m]": {
+        f"{reach:g}": ("es1", (f"radio.max_range={reach:g}",))
+        for reach in (0.08, 0.1, 0.15, 0.2, 0.3, 0.6)
+    },
+    "faulty robots, 20 %": {
+        "liars": ("es1", ("faults.liar.share=0.2",)),
+        "one lie": ("es1", ("faults.liar.share=0.2", "faults.liar.conspire=place")),
+        "deaf": ("es1", ("faults.deaf.share=0.2",)),
+        "dead": ("es1", ("faults.dead.share=0.2", "faults.dead.at=300")),
+        "worn": ("es1", ("faults.worn.share=0.2",)),
+        "blind": ("es1", ("faults.blind.share=0.2",)),
+    },
+    "other worlds": {
+        name.removesuffix("-dodecagon"): (name, ())
+        for name in ("real", "es2", "es3", "mg1-dodecagon", "two-prey", "two-nests", "moving-prey")
+    },
+}  # fmt: skip
+"""Worlds by what is changed and how."""
+
+
+def experiment(controller: str, world: World) -> Experiment:
+    """A controller in one of the worlds."""
+    scenario, settings = world
+    return Experiment(scenario, controller, settings)
+
+
+def against_base(results: Results, policy: str, world: World) -> Comparison:
+    """The round trips of a policy against those of `ssgikf` in a world."""
+    ours, base = (sample(results, experiment(each, world), round_trips) for each in (policy, BASE))
+    return compare(ours, base)
+
+
+def falls_below(results: Results, policy: str, world: World) -> bool:
+    """A policy makes fewer round trips than `ssgikf`."""
+    ours, base = (sample(results, experiment(each, world), round_trips) for each in (policy, BASE))
+    return above(compare(base, ours))
+
+
+def claims() -> list[Claim]:
+    """Questions that no paper answers: is a policy above `ssgikf` in all worlds of a kind?"""
+    return [
+        Order(
+            f"{policy} above {BASE}: {axis}",
+            tuple((experiment(policy, each), experiment(BASE, each)) for each in worlds.values()),
+        )
+        for policy in POLICIES
+        for axis, worlds in AXES.items()
+    ]
+
+
+@dataclass(frozen=True)
+class Ratios:
+    """Heat maps of the round trips of each policy over those of `ssgikf`, a panel for each axis."""
+
+    name: ClassVar[str] = "transfer"
+    caption: ClassVar[str] = (
+        f"Round trips of {BASE}, and of others as a multiple of them, with one thing changed in es1"
+        " and in other worlds."
+    )
+    reading: ClassVar[str] = "White: as many; blue: more; red: fewer."
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return tuple(
+            experiment(controller, world)
+            for worlds in AXES.values()
+            for world in worlds.values()
+            for controller in (BASE, *POLICIES)
+        )
+
+    def draw(self, results: Results, command: str) -> Figure:
+        """Draw the figure, with the command that made it in the caption."""
+        figure, panels = panel_grid(len(AXES), 3.6, 2.0)
+        for axes, (title, worlds) in zip(panels, AXES.items(), strict=True):
+            _draw_ratios(axes, results, worlds)
+            names = [name.replace("-", "\n") for name in worlds]
+            axes.set_xticks(range(len(worlds)), names)
+            axes.set_yticks(range(1 + len(POLICIES)), (BASE, *POLICIES))
+            label_panel(axes, title, ("", ""))
+        return finish_figure(figure, panels, caption_of(self, results, command))
+
+
+def _draw_ratios(axes: Axes, results: Results, worlds: Mapping[str, World]) -> None:
+    ratios = np.array([
+        [_ratio(against_base(results, policy, each)) for each in worlds.values()]
+        for policy in (BASE, *POLICIES)
+    ])  # fmt: skip
+    axes.imshow(np.log2(ratios), cmap="RdBu", vmin=-WIDEST, vmax=WIDEST, aspect="auto")
+    trips = [np.mean(sample(results, experiment(BASE, each), round_trips))
+             for each in worlds.values()]  # fmt: skip
+    for (row, column), ratio in np.ndenumerate(ratios):
+        is_dark = not ratio or abs(math.log2(ratio)) > DARK
+        axes.text(
+            column, row, f"{ratio:.2f}" if row else f"{trips[column]:.0f}", ha="center",
+            va="center", fontsize=style_in_use().points(TICK), color="white" if is_dark else INK,
+        )  # fmt: skip
+
+
+def table(results: Results) -> str:
+    """Where each policy falls below `ssgikf`."""
+    lines = []
+    for policy in POLICIES:
+        below = [
+            f"{axis}: {name} ({_ratio(against_base(results, policy, world)):.2f})"
+            for axis, worlds in AXES.items()
+            for name, world in worlds.items()
+            if falls_below(results, policy, world)
+        ]
+        n_worlds = sum(map(len, AXES.values()))
+        lines.append((policy, f"{len(below)} of {n_worlds}", "; ".join(below) or "nowhere"))
+    return markdown(("policy", f"worlds below {BASE}", "which, with the ratio"), lines)
+
+
+def _ratio(comparison: Comparison) -> float:
+    return math.nan if comparison.ratio is None else comparison.ratio.value
+
+
+LEFT_OPEN = {"The experiment": "baselines.papers.transfer"}
+"""Whose docstring says what is chosen, by heading."""
+
+
+@PAPERS.register("transfer")
+def transfer() -> Paper:
+    """The experiment of every policy in other worlds, as a paper."""
+    figures: tuple[PaperFigure, ...] = (Ratios(),)
+    return Paper("transfer", "transfer", tuple(claims()), figures, 10, LEFT_OPEN, table)
