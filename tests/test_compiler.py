@@ -342,6 +342,18 @@ def test_a_kernel_that_makes_no_array_does_not_count_who_holds_one(fresh_cache):
 
 
 @compiled
+def test_a_kernel_that_kernels_alone_call_is_compiled_for_python_when_python_calls_it(fresh_cache):
+    made = module(CALLEE + CALLER)
+    assert made.total(np.arange(3.0)) == 6.0
+    signature = (float64,)
+    assert callable(made.scaled.overloads[signature].entry_point) is False
+    assert made.scaled(2.0) == 7.0, "Python calls what a kernel has called"
+    assert callable(made.scaled.overloads[signature].entry_point)
+    again = module(CALLER.replace("0.5", "0.25"), scaled=made.scaled)
+    assert again.total(np.arange(3.0)) == 3.0, "a kernel calls what Python has called"
+
+
+@compiled
 def test_a_cache_that_cannot_be_written_keeps_nobody_from_working(tmp_path, monkeypatch, capsys):
     (tmp_path / "swarm-forage").write_text("a file where the folder should be")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
