@@ -343,4 +343,4 @@ def compiling_told(tell: Callable[[str], None]) -> Iterator[None]:
 @cache
 def announce() -> None:
     """Tell the user, once, that kernels are about to be compiled."""
-    sys.stderr.write("swarm-forage: compiling, once for this version: about a minute\n")
+    sys.stderr.write("swarm-forage: compiling, once for this version: about half a minute\n")
