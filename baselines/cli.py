@@ -17,6 +17,7 @@ from baselines.evaluation.commands import evaluate, watch
 from baselines.evaluation.commands import plot as plot_figure
 from baselines.evaluation.common_options import any_name
 from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
+from baselines.export.command import export
 from baselines.papers.commands_reproduce import reproduce
 
 app = typer.Typer(
@@ -147,4 +148,5 @@ def bench(
 
 app.command("plot")(stoppable(keeps=False)(plot_figure))
 app.command()(stoppable()(reproduce))
+app.command()(stoppable(keeps=False)(export))
 app.command()(stoppable(keeps=False)(watch))

@@ -15,7 +15,7 @@ library that is linked must round as IEEE 754 says.
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,11 +52,14 @@ class Target:
     triple: str
     cpu: str = ""
     features: str = ""
+    reloc: str = "static"
 
 
 TARGETS = {
     "wasm32": Target("wasm32-unknown-unknown", features="+bulk-memory"),
     "cortex-m4": Target("thumbv7em-none-eabi", cpu="cortex-m4"),
+    "cortex-a": Target("aarch64-unknown-linux-gnu", reloc="pic"),
+    "x86-64": Target("x86_64-unknown-linux-gnu", cpu="x86-64-v2", reloc="pic"),
 }
 
 
@@ -82,10 +85,34 @@ def llvm_text(loop: Loop) -> str:
     memory, n_world = memory_of(loop), len(loop.world.arrays)
     layers = loop.controller.compiled
     ticks = bind(run_ticks, {**loop.world.functions, **layers.functions})
-    function = _on_pointers(ticks, [each.shape for each in memory], n_world)
-    pointers = [types.CPointer(from_dtype(each.dtype)) for each in memory]  # type: ignore[attr-defined]
-    compiled = numba.cfunc(types.void(*pointers, types.int64), **OPTIONS)(function)
-    library = compiled._library
+    names = [f"array_{k}" for k in range(len(memory))]
+    world, own = ", ".join(names[:n_world]), ", ".join(names[n_world:-2])
+    call = f"called(({world},), ({own},), {names[-2]}, {names[-1]}, 0, 1, n_ticks)"
+    return llvm_text_of(ticks, dict(zip(names, memory, strict=True)), ("n_ticks",), call)
+
+
+def llvm_text_of(
+    called: Callable[..., object],
+    arrays: Mapping[str, Array],
+    numbers: Sequence[str],
+    call: str,
+    returns: types.Type = types.void,
+) -> str:
+    """A compiled function as LLVM's text, in which only `swarm_run` is public.
+
+    `swarm_run` takes a pointer to each of the arrays, and then whole numbers of 64 bits, by these
+    names. What it returns is the expression `call` of them, in which the function is `called`.
+    """
+    views = ", ".join(f"carray({name}, {each.shape})" for name, each in arrays.items())
+    text = (
+        f"def {ENTRY}({', '.join((*arrays, *numbers))}):\n"
+        f"    {', '.join(arrays)}, = {views},\n    return {call}\n"
+    )
+    known: dict[str, Any] = {"carray": numba.carray, "called": called}
+    exec(text, known)
+    pointers = [types.CPointer(from_dtype(each.dtype)) for each in arrays.values()]  # type: ignore[attr-defined]
+    signature = returns(*pointers, *(types.int64 for _ in numbers))
+    library = numba.cfunc(signature, **OPTIONS)(known[ENTRY])._library
     (name,) = (name for name in _defined(library) if name.startswith(f"_ZN13_3cdynamic_3e9{ENTRY}"))
     return str(library.get_llvm_str()).replace(name, ENTRY)
 
@@ -95,7 +122,7 @@ def compiled_for(target: Target, text: str) -> bytes:
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple(target.triple).create_target_machine(
-        cpu=target.cpu, features=target.features, opt=2, reloc="static", codemodel="default"
+        cpu=target.cpu, features=target.features, opt=2, reloc=target.reloc, codemodel="default"
     )
     module = llvm.parse_assembly(_without_host(text))
     module.triple, module.data_layout = target.triple, str(machine.target_data)
@@ -119,16 +146,3 @@ def _without_host(text: str) -> str:
 def _defined(library: Any) -> list[str]:  # noqa: ANN401 numba's
     """The names of the functions that compiled code defines."""
     return [each.name for each in library._final_module.functions if not each.is_declaration]
-
-
-def _on_pointers(
-    ticks: Callable[..., None], shapes: Sequence[tuple[int, ...]], n_world: int
-) -> Callable[..., None]:
-    """The ticks as a function of a pointer to each array, and of how many."""
-    names = [f"array_{k}" for k in range(len(shapes))]
-    arrays = [f"carray({name}, {shape})" for name, shape in zip(names, shapes, strict=True)]
-    world, layers = ", ".join(arrays[:n_world]), ", ".join(arrays[n_world:-2])
-    call = f"ticks(({world},), ({layers},), {arrays[-2]}, {arrays[-1]}, 0, 1, n_ticks)"
-    known: dict[str, Any] = {"carray": numba.carray, "ticks": ticks}
-    exec(f"def {ENTRY}({', '.join(names)}, n_ticks):\n    {call}\n", known)
-    return known[ENTRY]  # type: ignore[no-any-return]

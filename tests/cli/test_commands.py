@@ -39,6 +39,7 @@ COMMANDS = (
     "evaluate",
     "plot",
     "reproduce",
+    "export",
     "watch",
     "bench",
     "train",

@@ -8,7 +8,6 @@
 __asm(".data\n.balign 64\nmemory: .incbin \"memory.bin\"\nmemory_end:\n.text\n");
 extern unsigned char memory[], memory_end[];
 extern int swarm_run();
-extern void initialise_monitor_handles(void);
 
 int main(void) {
     static const size_t sizes[N_ARRAYS] = {SIZES};
@@ -23,16 +22,5 @@ int main(void) {
     FILE *out = fopen("out.bin", "wb");
     fwrite(memory, 1, memory_end - memory, out);
     fclose(out);
-    exit(0);
+    return 0;
 }
-
-void Reset_Handler(void) {
-    *(volatile unsigned *)0xE000ED88 |= 0xF << 20; /* the unit for float32 is switched on */
-    __asm volatile("dsb; isb");
-    initialise_monitor_handles();
-    main();
-}
-
-__attribute__((section(".vectors"), used)) void *vectors[] = {(void *)0x20300000, (void *)Reset_Handler};
-void _init(void) {}
-void _fini(void) {}

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from numba.core import config
 
+from baselines.evaluation.experiment_config import find_layered_controller
+from baselines.export.files import export
+from baselines.export.robot import ExportedRobot
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
@@ -95,8 +98,11 @@ def assert_same(memory, after):
         check_same_bits(found, wanted)
 
 
-def run(*command, cwd):
-    subprocess.run(command, cwd=cwd, check=True, timeout=500)
+def run(*command, cwd, check=True):
+    """What a command prints."""
+    return subprocess.run(
+        command, cwd=cwd, check=check, timeout=500, text=True, capture_output=True
+    ).stdout
 
 
 @needs("node")
@@ -123,20 +129,85 @@ def test_a_cortex_m4_has_the_same_bits(world, tmp_path):
         f"#define N_ARRAYS {len(sizes)}\n#define SIZES {str(sizes)[1:-1]}\n"
         f"#define TICKS {TICKS}\n#define ARRAYS {pointers}\n"
     )
+    run_on_cortex_m4(HERE / "main.c", "run.o", cwd=tmp_path)
+    assert_same((tmp_path / "out.bin").read_bytes(), after)
+
+
+def run_on_cortex_m4(*sources, cwd):
+    """Link a program for a Cortex-M4 and run it on one that is emulated; what it prints."""
     library = Path(importlib.util.find_spec("ziglang").origin).parent / "lib" / "compiler_rt.zig"
     machine = "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4"
-    zig("build-obj", *machine, "-OReleaseSmall", "-femit-bin=rt.o", library, cwd=tmp_path)
+    zig("build-obj", *machine, "-OReleaseSmall", "-femit-bin=rt.o", library, cwd=cwd)
     run(
         "arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=softfp",
-        "-mfpu=fpv4-sp-d16", "-O2", "-nostartfiles", "-I.", HERE / "main.c", "run.o", "rt.o",
+        "-mfpu=fpv4-sp-d16", "-O2", "-nostartfiles", "-I.", HERE / "startup.c", *sources, "rt.o",
         *(f"-Wl,--defsym={name}={arm}" for name, arm in SOFT_FLOAT.items()),
-        "--specs=rdimon.specs", "-T", HERE / "m4.ld", "-lm", "-o", "run.elf", cwd=tmp_path,
+        "--specs=rdimon.specs", "-T", HERE / "m4.ld", "-lm", "-o", "run.elf", cwd=cwd,
     )  # fmt: skip
-    run(
+    return run(
         "qemu-system-arm", "-M", "mps2-an386", "-cpu", "cortex-m4", "-semihosting", "-nographic",
-        "-kernel", "run.elf", cwd=tmp_path,
+        "-kernel", "run.elf", cwd=cwd,
     )  # fmt: skip
-    assert_same((tmp_path / "out.bin").read_bytes(), after)
+
+
+EXPORTED = "ssgikf", "learned-both", "ssgiff", "ssgikf-sceptical", "learned-sceptical"
+
+
+def exported(name, target, folder, scenario="es1"):
+    """Export a controller; its vectors, some of which hold messages and payloads."""
+    robot = ExportedRobot(find_layered_controller(name), find_scenario(scenario))
+    export(robot, target, folder)
+    vectors = np.fromfile(folder / "vectors.bin", robot.vector)
+    assert vectors["n"].sum() > 10
+    assert vectors["has_payload"].sum() > 10
+    return vectors
+
+
+@pytest.mark.parametrize("name", EXPORTED)
+@needs("gcc")
+def test_a_robot_alone_commands_what_it_does_in_the_swarm(name, tmp_path):
+    vectors = exported(name, "x86-64", tmp_path)
+    run("gcc", "-O2", "-Wall", "-Werror", "example.c", "controller.o", "-o", "run", cwd=tmp_path)
+    assert run("./run", cwd=tmp_path) == "1000 of 1000 equal\n"
+    vectors["wheels"][500, 0] += 1e-3
+    vectors.tofile(tmp_path / "vectors.bin")
+    assert run("./run", cwd=tmp_path, check=False) == "999 of 1000 equal\n"
+
+
+@pytest.mark.parametrize("name", EXPORTED[:2])
+@needs("arm-none-eabi-gcc", "qemu-system-arm")
+def test_a_robot_alone_commands_the_same_on_its_chip(name, tmp_path):
+    exported(name, "cortex-m4", tmp_path)
+    assert run_on_cortex_m4("example.c", "controller.o", cwd=tmp_path) == "1000 of 1000 equal\n"
+
+
+@needs("node")
+def test_a_robot_alone_commands_the_same_in_web_assembly(tmp_path):
+    exported(EXPORTED[0], "wasm32", tmp_path)
+    options = "-target", "wasm32-wasi", "-O2", "example.c", "controller.o", "-o", "run.wasm"
+    zig("cc", *options, cwd=tmp_path)
+    assert run("node", "--no-warnings", HERE / "wasi.mjs", cwd=tmp_path) == "1000 of 1000 equal\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("global", "it knows the truth"), ("covariance", None), ("boids-adaptive", "pair of robots")],
+)
+def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
+    robot = find_layered_controller(name), find_scenario("es1")
+    if reason is None:
+        assert ExportedRobot(*robot).n_robots == 10
+    else:
+        with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
+            ExportedRobot(*robot)
+
+
+def test_a_swarm_that_a_chip_has_no_room_for_is_refused(tmp_path):
+    scenario = find_scenario("es3", {"task.n_robots": 250, "task.start_radius": 1.0})
+    large = ExportedRobot(find_layered_controller("ssgikf"), scenario)
+    with pytest.raises(ConfigError, match=r"takes \d+ bytes of ram .* STM32F407 has 196608"):
+        export(large, "cortex-m4", tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_only_one_world_of_a_compiled_loop_goes_elsewhere():

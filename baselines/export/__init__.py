@@ -1,0 +1,1 @@
+"""Controllers of one robot as machine code: `swarm-forage export`."""

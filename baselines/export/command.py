@@ -1,0 +1,52 @@
+"""The command `export`: the controller of one robot as machine code."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from typer import Argument, Option
+
+from baselines.evaluation.common_options import (
+    SettingsOption,
+    controller_names,
+    path,
+    scenario_names,
+)
+
+
+def export(
+    controller: Annotated[
+        str,
+        Argument(help="A name, with parameters if need be.", autocompletion=controller_names),
+    ],
+    target: Annotated[
+        Literal["cortex-m4", "cortex-a", "x86-64", "wasm32"],
+        Option(help="The kind of processor: the e-puck 2 has a Cortex-M4."),
+    ] = "cortex-m4",
+    scenario: Annotated[
+        str, Option(help="Whose numbers it has.", autocompletion=scenario_names)
+    ] = "es1",
+    settings: SettingsOption = None,
+    out: Annotated[
+        Path | None,
+        Option(parser=path, help="Folder of the files.", show_default="runs/export-<controller>"),
+    ] = None,
+) -> None:
+    """Write the controller of one robot as machine code, with a header and an example for C.
+
+    The example replays 1,000 ticks of a robot in the simulator (vectors.bin), and says in how many
+    the controller commands and tells the same, bit for bit.
+    """
+    from baselines.evaluation.experiment_config import find_layered_controller, parse_settings
+    from baselines.export.files import export as write
+    from baselines.export.robot import ExportedRobot
+    from swarm_forage_env.scenarios import find_scenario
+
+    found = find_layered_controller(controller)
+    exported = ExportedRobot(found, find_scenario(scenario, parse_settings(settings or [])))
+    folder = out or Path("runs") / f"export-{controller.replace(':', '-')}"
+    weight = write(exported, target, folder)
+    typer.echo(
+        f"{folder}: {controller} for {target}: {weight.code:,} bytes of code, {weight.data:,} of"
+        f" numbers, {weight.ram:,} of RAM; see {folder / 'README.md'}"
+    )

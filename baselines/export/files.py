@@ -1,0 +1,169 @@
+"""The files of an exported controller: machine code, header, example and vectors."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+from llvmlite.binding import object_file
+
+from baselines.export.robot import ExportedRobot
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.atomic_write import write_atomically
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.record import Record, offset_of
+from swarm_forage_env.targets import TARGETS, compiled_for
+
+N_TICKS, SEEDS = 1000, range(10)
+"""Of the vectors: 100 s of the world of one of these seeds, that of the robot which hears most."""
+
+CHIP = {"flash": 1024 * 1024, "ram": 192 * 1024}
+"""What an STM32F407, the chip of the e-puck 2, has [bytes]."""
+
+C_TYPES = {"int8": "int8_t", "int32": "int32_t", "float32": "float", "float64": "double"}
+
+BYTES_A_LINE = 20
+
+COMPILE = {
+    "x86-64": "cc -O2 example.c controller.o -o example && ./example",
+    "cortex-a": "aarch64-linux-gnu-gcc -O2 example.c controller.o -o example && ./example",
+    "wasm32": "zig cc -target wasm32-wasi -O2 example.c controller.o -o example.wasm",
+    "cortex-m4": (
+        "arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb -mfloat-abi=softfp -mfpu=fpv4-sp-d16 -O2 \\\n"
+        "    example.c controller.o STARTUP.c --specs=rdimon.specs -T BOARD.ld -lm -o example.elf"
+    ),
+}
+"""How the example is compiled for each target."""
+
+
+@dataclass(frozen=True)
+class Weight:
+    """What an exported controller takes [bytes]."""
+
+    code: int
+    """Machine code and its constants."""
+    data: int
+    """Numbers of the layers, as those of a network: constants too."""
+    ram: int
+    """What a robot keeps; its stack comes to this."""
+
+    @property
+    def flash(self) -> int:
+        """All that does not change."""
+        return self.code + self.data
+
+
+def export(exported: ExportedRobot, target: str, folder: Path) -> Weight:
+    """Write the controller of one robot for a target; ConfigError if a chip has no room for it."""
+    content = compiled_for(TARGETS[target], exported.llvm_text())
+    records = exported.records
+    data = {
+        "settings": records.settings,
+        "first_mind": records.minds[:1],
+        "first_memory": records.memories[:1],
+    }
+    kept = records.robots, records.minds, records.memories
+    ram = sum(each.nbytes for each in kept) + 8
+    weight = Weight(_code_size(content), sum(each.nbytes for each in data.values()), ram)
+    if target == "cortex-m4":
+        _check_room(exported, weight)
+    seed, robot = exported.busiest(SEEDS, N_TICKS)
+    vectors = exported.record_vectors(seed, robot, N_TICKS)
+    words = {**_words(exported, target, weight), "seed": seed, "number": robot}
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("controller.h", "example.c", "README.md"):
+        text = (files("baselines.export") / "templates" / name).read_text("utf-8")
+        write_atomically(folder / name, Template(text).substitute(words).encode())
+    write_atomically(folder / "controller.o", content)
+    write_atomically(folder / "controller_data.h", _data(exported, data).encode())
+    write_atomically(folder / "vectors.bin", vectors.tobytes())
+    return weight
+
+
+def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, object]:
+    scenario = exported.scenario
+    return {
+        "name": exported.name,
+        "scenario": scenario.name,
+        "version": version("swarm-forage"),
+        "target": target,
+        "tick": f"{scenario.tick:g}",
+        "n_robots": exported.n_robots,
+        "slots": exported.vector["received"].shape[0],
+        "cruise": f"{scenario.robot.cruise_speed:g}",
+        "payload": payload_struct(exported.payload),
+        "code": weight.code,
+        "data": weight.data,
+        "ram": weight.ram,
+        "compile": COMPILE[target],
+        "n_ticks": N_TICKS,
+    }
+
+
+def payload_struct(kind: type[Record]) -> str:
+    """What robots tell each other as a struct of C, with units as comments."""
+    dtype, lines = (
+        kind.dtype(),
+        ["/* What robots tell of the nest [0] and of the prey area [1]. */"],
+    )
+    lines.append("typedef struct {")
+    for name, each in kind.fields.items():
+        axes = "".join(f"[{n}]" for n in dtype[name].shape)
+        unit = f" /* [{each.unit}] */" if each.unit else ""
+        lines.append(f"    {C_TYPES[dtype[name].base.name]} {name}{axes};{unit}")
+    return "\n".join([*lines, "} controller_payload_t;"])
+
+
+def _data(exported: ExportedRobot, data: Mapping[str, Array]) -> str:
+    """Sizes and places of what the controller keeps, and the records that do not change."""
+    robots, minds = exported.records.robots.dtype, exported.records.minds.dtype
+    heard, at = robots["heard"], offset_of(robots, "heard")
+    command = offset_of(robots, "command")
+    numbers = {
+        "ROBOT_SIZE": robots.itemsize,
+        "MIND_SIZE": minds.itemsize,
+        "MEMORY_SIZE": exported.records.memories.dtype.itemsize,
+        "MESSAGE": offset_of(minds, "message"),
+        "PAYLOAD_SIZE": minds["message"].itemsize,
+        "READINGS": offset_of(robots, "readings"),
+        "READINGS_SIZE": robots["readings"].itemsize,
+        "HEARD": at,
+        "HEARD_SIZE": heard.itemsize,
+        "HEARD_N": offset_of(heard, "n"),
+        "HEARD_VALID": offset_of(heard, "is_valid"),
+        "HEARD_RANGE_BEARING": offset_of(heard, "range_bearing"),
+        "HEARD_AVERAGED": offset_of(heard, "n_averaged"),
+        "HEARD_SENDER": offset_of(heard, "sender"),
+        "COMMAND_WHEELS": command + offset_of(robots["command"], "wheels"),
+        "COMMAND_SPEAKING": command + offset_of(robots["command"], "is_speaking"),
+        "VECTOR_SIZE": exported.vector.itemsize,
+    }
+    lines = ["/* Sizes and places [bytes], and records that do not change. */"]
+    lines += [f"#define {name} {value}" for name, value in numbers.items()]
+    for name, array in data.items():
+        content = [f"0x{byte:02x}," for byte in array.tobytes()]
+        lines.append(f"_Alignas(8) static const uint8_t controller_{name}[{len(content)}] = {{")
+        pieces = range(0, len(content), BYTES_A_LINE)
+        lines += ["".join(content[first : first + BYTES_A_LINE]) for first in pieces]
+        lines.append("};")
+    return "\n".join(lines) + "\n"
+
+
+def _code_size(content: bytes) -> int:
+    """The bytes of code and constants in object code."""
+    sections = object_file.ObjectFileRef.from_data(content).sections()
+    wanted = b".text", b".rodata", b".data", b"CODE", b"DATA"
+    return sum(each.size() for each in sections if (each.name() or b"").startswith(wanted))
+
+
+def _check_room(exported: ExportedRobot, weight: Weight) -> None:
+    for what, takes in (("flash", weight.flash), ("ram", weight.ram)):
+        room = CHIP[what]
+        if takes > room:
+            raise ConfigError(
+                f"controller '{exported.name}' takes {takes} bytes of {what} in scenario"
+                f" '{exported.scenario.name}', and an STM32F407 has {room}; fewer robots take less:"
+                " --set task.n_robots=50"
+            )

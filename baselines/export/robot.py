@@ -1,0 +1,176 @@
+"""The controller of one robot alone, on its own records: what is flashed is what was simulated.
+
+In every tick it takes in what the robot sensed and heard, decides, and composes the message that
+it tells, by the functions that ticks of a whole world call. It has rows of records for the other
+robots, too, for their messages. What `record_vectors` has seen in a world it repeats, bit for bit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba.core import types
+
+from baselines.controller import LayeredController
+from baselines.running import RunningLayers
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import bind
+from swarm_forage_env.equations.random_draws import first_word
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.control import act, observe_world, update_and_describe
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import Kernel, is_privileged
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import Record
+from swarm_forage_env.targets import llvm_text_of
+
+compose: Kernel
+set_stream: Kernel
+"""Free names of the template, beside those of `update_and_describe` and `act`."""
+
+STARTS = 1
+"""Asks the function to start the robot from a seed, and not for a tick."""
+
+
+def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
+    robots: Array,
+    minds: Array,
+    memories: Array,
+    shared: Array,
+    settings: Array,
+    i: int,
+    asked: int,
+    seed: int,
+    noise: int,
+) -> int:
+    """Run a tick of robot i, or start it from a seed; 1 if a command or weight is not finite.
+
+    Free names: compose, set_stream; those of `update_and_describe` and `act`.
+    """
+    if asked == STARTS:
+        set_stream(memories[i], first_word(np.uint64(seed), i, noise))
+        return 0
+    own = settings[0]
+    update_and_describe(robots, minds, i, shared[i], own.estimator)
+    is_finite = act(robots[i], minds[i], memories[i], shared[i], own)
+    compose(minds[i], own.estimator)
+    return 0 if is_finite else 1
+
+
+@dataclass(frozen=True)
+class RobotRecords:
+    """What the controller of one robot keeps, in rows for all robots that it may hear."""
+
+    robots: Array
+    minds: Array
+    memories: Array
+    shared: Array
+    """Nothing: no estimator that is exported keeps something of pairs."""
+    settings: Array
+
+
+def check_exportable(controller: LayeredController, scenario: Scenario) -> None:
+    """ConfigError for a controller that cannot run on a robot alone, with the reason."""
+    estimator = controller.estimator.layer(scenario)
+    reasons = {
+        "it knows the truth": is_privileged(controller),
+        "its estimator keeps something of each pair of robots": estimator.shared is not None,
+        "its estimator takes in with a template of its own": estimator.observe is not observe_world,
+    }
+    for reason, holds in reasons.items():
+        if holds:
+            raise ConfigError(
+                f"controller '{controller.name}' cannot be exported, as {reason}; take another one,"
+                " as ssgikf"
+            )
+
+
+class ExportedRobot:
+    """One robot's controller in a scenario: its records, its code, and how it is tried."""
+
+    def __init__(self, controller: LayeredController, scenario: Scenario) -> None:
+        """Build the layers; ConfigError for what cannot be exported."""
+        check_exportable(controller, scenario)
+        self.name, self.scenario, self._controller = controller.name, scenario, controller
+        loop = self._world(0)
+        running = loop.controller
+        if not isinstance(running, RunningLayers) or running.has_rules:
+            raise ConfigError(
+                f"controller '{controller.name}' cannot be exported, as a layer of it is called by"
+                " Python; take one that is compiled, as ssgikf"
+            )
+        layers = running.compiled
+        self._functions, self.noise = layers.functions, layers.noise
+        first_mind, first_memory = layers.firsts
+        self.payload: type[Record] = (
+            controller.estimator.layer(scenario).mind.fields["message"].kind
+        )
+        n = loop.world.n_robots
+        self.records = RobotRecords(
+            np.zeros(n, loop.world.robots.dtype),
+            np.repeat(first_mind, n),
+            np.repeat(first_memory, n),
+            np.zeros((n, 0)),
+            np.ascontiguousarray(layers.arrays[3][0]),
+        )
+
+    @property
+    def n_robots(self) -> int:
+        """How many robots there are: numbers of senders are less."""
+        return len(self.records.minds)
+
+    def llvm_text(self) -> str:
+        """The controller as LLVM's text; its function takes the records, then i, asked, seed."""
+        arrays = vars(self.records)
+        call = f"called({', '.join(arrays)}, i, asked, seed, {self.noise})"
+        run = bind(run_robot, self._functions)
+        return llvm_text_of(run, arrays, ("i", "asked", "seed"), call, types.int64)
+
+    @property
+    def vector(self) -> np.dtype[np.void]:
+        """A tick of `vectors.bin`: what the robot senses and hears, and what it then says."""
+        robots, minds = self.records.robots.dtype, self.records.minds.dtype
+        heard = robots["heard"]
+        slots = heard["sender"].shape[0]
+        received = np.dtype([
+            ("range_bearing", np.float32, 3), ("n_averaged", np.float32), ("sender", np.int32),
+            ("payload", minds["message"]),
+        ], align=True)  # fmt: skip
+        return np.dtype([
+            ("readings", robots["readings"]), ("n", np.int32), ("received", received, slots),
+            ("wheels", np.float32, 2), ("is_speaking", np.int32), ("has_payload", np.int32),
+            ("payload", minds["message"]),
+        ], align=True)  # fmt: skip
+
+    def record_vectors(self, seed: int, i: int, n_ticks: int) -> Array:
+        """What robot i senses, hears and says in a world of the simulator, tick by tick.
+
+        What it says is known where another robot listens.
+        """
+        loop, vectors = self._world(seed), np.zeros(n_ticks, self.vector)
+        robot, (minds, *_) = loop.world.robots[0, i], loop.controller.compiled.arrays
+        for vector in vectors:
+            vector["readings"], n = robot["readings"], int(robot["heard"]["n"])
+            vector["n"] = n
+            for slot in range(n):
+                received, sender = vector["received"][slot], robot["heard"]["sender"][slot]
+                received["range_bearing"] = robot["heard"]["range_bearing"][slot]
+                received["n_averaged"] = robot["heard"]["n_averaged"][slot]
+                received["sender"], received["payload"] = sender, minds["message"][0, sender]
+            loop.step()
+            vector["wheels"] = robot["command"]["wheels"]
+            vector["is_speaking"] = robot["command"]["is_speaking"]
+            vector["has_payload"] = minds["is_composed"][0, i]
+            vector["payload"] = minds["message"][0, i] if vector["has_payload"] else 0
+        return vectors
+
+    def busiest(self, seeds: Sequence[int], n_ticks: int) -> tuple[int, int]:
+        """The seed, and the robot, that hears most in the first ticks of some worlds."""
+        loop = Loop(self.scenario, self._controller, seeds, "kinematic")
+        loop.run(n_ticks)
+        messages = loop.world.robots["messages"]
+        world, robot = np.unravel_index(int(messages.argmax()), messages.shape)
+        return seeds[int(world)], int(robot)
+
+    def _world(self, seed: int) -> Loop:
+        return Loop(self.scenario, self._controller, [seed], "kinematic")

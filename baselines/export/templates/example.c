@@ -1,0 +1,41 @@
+/* Replays vectors.bin, $n_ticks ticks of robot $number in the simulated world of seed $seed, and counts
+ * those in which the controller says the same, bit for bit. */
+#include <stdio.h>
+
+#include "controller.h"
+
+typedef struct {
+    controller_readings_t readings;
+    int32_t n;
+    controller_received_t received[CONTROLLER_SLOTS];
+    float wheels[2];
+    int32_t is_speaking;
+    int32_t has_payload; /* somebody listened in the simulator */
+    controller_payload_t payload;
+} vector_t;
+
+_Static_assert(sizeof(vector_t) == VECTOR_SIZE, "vectors are laid out as C does");
+
+static controller_t controller;
+
+static int is_equal(const vector_t *vector, const controller_command_t *command) {
+    return memcmp(vector->wheels, command->wheels, sizeof vector->wheels) == 0 &&
+           vector->is_speaking == command->is_speaking &&
+           (!vector->has_payload ||
+            memcmp(&vector->payload, &command->payload, sizeof vector->payload) == 0);
+}
+
+int main(void) {
+    FILE *file = fopen("vectors.bin", "rb");
+    vector_t vector;
+    controller_command_t command;
+    int n_ticks = 0, n_equal = 0;
+    if (!file || controller_init(&controller, $number, $seed)) return 1;
+    while (fread(&vector, sizeof vector, 1, file) == 1) {
+        n_ticks++;
+        if (controller_tick(&controller, &vector.readings, vector.received, vector.n, &command) == 0)
+            n_equal += is_equal(&vector, &command);
+    }
+    printf("%d of %d equal\n", n_equal, n_ticks);
+    return n_ticks == 0 || n_equal < n_ticks;
+}
