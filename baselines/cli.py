@@ -116,7 +116,9 @@ def list_names(
         Console().print(table)
 
 
-app.command()(stoppable()(evaluate))
+app.command(
+    epilog="Example: swarm-forage evaluate es1 nc ssgikf --episodes 30 --plot trips.png",
+)(stoppable()(evaluate))
 
 
 @app.command()

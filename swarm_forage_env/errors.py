@@ -1,5 +1,6 @@
 """What goes wrong on purpose: exceptions and a warning, each naming what, why and what would do."""
 
+import re
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
@@ -41,9 +42,14 @@ class UnknownNameError(KeyError):
 def nearest(name: str, names: Iterable[str]) -> list[str]:
     """The names that are most like a name: one, or several that are equally like it.
 
+    Capitals do not count, nor what an id of Gymnasium has around a name.
+
     >>> nearest("ssgif", ["nc", "ssgiff", "ssgikf"])
     ['ssgiff', 'ssgikf']
+    >>> nearest("SwarmForage/ES1-v2", ["es1", "es2"])
+    ['es1']
     """
+    name = re.sub(r"^.*/|-v\d+$", "", name.lower())
     near = get_close_matches(name, names, n=3, cutoff=0.5)
     likeness = {each: SequenceMatcher(None, each, name).ratio() for each in near}
     return sorted(each for each in near if likeness[each] == likeness[near[0]])

@@ -7,7 +7,7 @@ from typing import Any
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import BaseScenario, leaves, override
-from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
 from swarm_forage_env.task import task_of
 
 ScenarioSource = str | Path | BaseScenario
@@ -22,9 +22,20 @@ def find_scenario(scenario: ScenarioSource, overrides: Mapping[str, object] | No
     """
     if isinstance(scenario, str | Path):
         is_file = str(scenario).endswith(".toml")
-        scenario = from_toml(Path(scenario)) if is_file else SCENARIOS[str(scenario)]
+        scenario = from_toml(Path(scenario)) if is_file else _named(str(scenario))
     task_of(scenario)
     return override(scenario, overrides or {}, "scenario parameter")
+
+
+def _named(name: str) -> BaseScenario:
+    """The scenario of a name; ConfigError for a controller in its place."""
+    if name not in SCENARIOS and name.partition(":")[0] in CONTROLLERS:
+        raise ConfigError(
+            f"no scenario named {name!r}: it is a controller, and the scenario comes first, as in"
+            f" `es1 {name}`"
+        )
+    found: BaseScenario = SCENARIOS[name]
+    return found
 
 
 def from_toml(file: Path) -> BaseScenario:

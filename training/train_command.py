@@ -1,7 +1,7 @@
 """The command `swarm-forage train`: options, defaults and the final report."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from inspect import unwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -208,9 +208,16 @@ def _report(experiment: "Experiment", outcome: Outcome) -> None:
         )
 
 
+EXAMPLES: dict[Callable[..., None], str] = {
+    train: "train motion es1 --budget 6000000",
+    dataset: "dataset es1 ssgikf random --episodes 10",
+}
+"""The commands, each with a line that runs."""
+
+
 def add_commands() -> None:
     """Add `train` and `dataset` to the command-line application; a second call does nothing."""
     there = {unwrap(each.callback) for each in app.registered_commands if each.callback}
-    for command in (train, dataset):
+    for command, example in EXAMPLES.items():
         if command not in there:
-            app.command()(stoppable()(command))
+            app.command(epilog=f"Example: swarm-forage {example}")(stoppable()(command))

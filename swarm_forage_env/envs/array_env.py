@@ -121,6 +121,15 @@ class ArrayEnv:
         self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
         self._prepare()
 
+    def __repr__(self) -> str:
+        """What it is: scenario, learned layer, worlds, robots that learn, and engine."""
+        scenario, n = self.world.scenario.name, len(self.learners)
+        worlds = f"{self.n_worlds} worlds" if self.n_worlds > 1 else "1 world"
+        return (
+            f"<{type(self).__name__} {scenario}: learn={self.config.learn!r}, {worlds}, {n} of"
+            f" {self.world.n_robots} robots learn, physics={self.loop.physics!r}>"
+        )
+
     @property
     def world(self) -> World:
         """The worlds of the robots: their records are the truth."""

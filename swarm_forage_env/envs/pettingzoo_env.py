@@ -81,6 +81,10 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         self._infos_of_step: dict[str, Array] = {}
         self._cycles: int | None = None
 
+    def __repr__(self) -> str:
+        """What it is, as its batch of one world says it."""
+        return repr(self.array_env).replace(type(self.array_env).__name__, type(self).__name__)
+
     @property
     def np_random(self) -> np.random.Generator:
         """The generator of the seeds of episodes for which none is given."""

@@ -340,3 +340,10 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
 def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):
     with pytest.raises((ConfigError, KeyError), match=says):
         ArrayEnv("es1", 1, **{"learn": "weighting", "step_on": "exchange", **options})
+
+
+def test_an_environment_says_what_it_is():
+    batch = ArrayEnv("near", n_worlds=3, learners=2, learn="weighting")
+    told = "near: learn='weighting', 3 worlds, 2 of 5 robots learn, physics='rigid'>"
+    assert repr(batch) == f"<ArrayEnv {told}"
+    assert repr(parallel_env("near")).startswith("<parallel_env near: learn='motion', 1 world, ")

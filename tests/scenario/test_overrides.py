@@ -207,3 +207,15 @@ def test_the_largest_swarm_that_is_not_refused_finds_room(seed, ratio, radius):
 
 def test_a_whole_path_wins_over_a_last_word():
     assert resolve("tick", {"tick": 0, "inner.tick": 0}, "parameter") == "tick"
+
+
+@pytest.mark.parametrize("name", ["ES1", "SwarmForage/ES1-v2", "es1-v2"])
+def test_a_name_in_capitals_and_an_id_of_gymnasium_are_understood(name):
+    with pytest.raises(UnknownNameError, match="did you mean 'es1'"):
+        find_scenario(name)
+
+
+@pytest.mark.parametrize("name", ["ssgikf", "ssgiff:beta=0.1"])
+def test_a_controller_in_the_place_of_a_scenario_is_told(name):
+    with pytest.raises(ConfigError, match=f"is a controller, and .* first, as in `es1 {name}`"):
+        find_scenario(name)
