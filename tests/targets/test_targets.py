@@ -133,7 +133,7 @@ def test_a_cortex_m4_has_the_same_bits(world, tmp_path):
     assert_same((tmp_path / "out.bin").read_bytes(), after)
 
 
-def run_on_cortex_m4(*sources, cwd):
+def run_on_cortex_m4(*sources, cwd, options=()):
     """Link a program for a Cortex-M4 and run it on one that is emulated; what it prints."""
     library = Path(importlib.util.find_spec("ziglang").origin).parent / "lib" / "compiler_rt.zig"
     machine = "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4"
@@ -146,9 +146,12 @@ def run_on_cortex_m4(*sources, cwd):
     )  # fmt: skip
     return run(
         "qemu-system-arm", "-M", "mps2-an386", "-cpu", "cortex-m4", "-semihosting", "-nographic",
-        "-kernel", "run.elf", cwd=cwd,
+        "-kernel", "run.elf", *options, cwd=cwd,
     )  # fmt: skip
 
+
+A_TICK = 0.1 * 168e6
+"""Cycles of an STM32F407 in a tick."""
 
 EXPORTED = "ssgikf", "learned-both", "ssgiff", "ssgikf-sceptical", "learned-sceptical"
 
@@ -179,6 +182,12 @@ def test_a_robot_alone_commands_what_it_does_in_the_swarm(name, tmp_path):
 def test_a_robot_alone_commands_the_same_on_its_chip(name, tmp_path):
     exported(name, "cortex-m4", tmp_path)
     assert run_on_cortex_m4("example.c", "controller.o", cwd=tmp_path) == "1000 of 1000 equal\n"
+    counting = "-icount", "shift=5"
+    counted = run_on_cortex_m4(
+        HERE / "instructions.c", "controller.o", cwd=tmp_path, options=counting
+    )
+    mean, most = map(int, counted.split())
+    assert 1_000 < mean < most < 0.01 * A_TICK, "a tick takes a hundredth of its time, at most"
 
 
 @needs("node")

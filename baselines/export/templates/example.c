@@ -16,6 +16,8 @@ typedef struct {
 
 _Static_assert(sizeof(vector_t) == VECTOR_SIZE, "vectors are laid out as C does");
 
+enum { NUMBER = $number, SEED = $seed };
+
 static controller_t controller;
 
 static int is_equal(const vector_t *vector, const controller_command_t *command) {
@@ -30,7 +32,7 @@ int main(void) {
     vector_t vector;
     controller_command_t command;
     int n_ticks = 0, n_equal = 0;
-    if (!file || controller_init(&controller, $number, $seed)) return 1;
+    if (!file || controller_init(&controller, NUMBER, SEED)) return 1;
     while (fread(&vector, sizeof vector, 1, file) == 1) {
         n_ticks++;
         if (controller_tick(&controller, &vector.readings, vector.received, vector.n, &command) == 0)
