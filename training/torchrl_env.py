@@ -100,7 +100,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
             for name in self.array_env.infos
         }
 
-    def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | None:
+    def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | str | None:
         """The first world as it stands, rows of red, green and blue; None where in a window."""
         if self._view is None:
             check_render_mode(mode)

@@ -170,7 +170,7 @@ class SwarmVecEnv(VecEnv):
 
     def _drawn(self) -> list[Frame | None]:
         self.env.download()
-        return self._screen.draw()
+        return [None if isinstance(each, str) else each for each in self._screen.draw()]
 
     def _shown_at(self) -> dict[str, Any]:
         """The render modes, and the decisions in a second [Hz]."""

@@ -100,7 +100,7 @@ class JointWorlds(ShownEnv):
             infos[name] = self._joint(value) if value.ndim == 2 else value
         return infos
 
-    def _frames(self) -> list[Frame | None]:
+    def _frames(self) -> list[Frame | str | None]:
         """The frame of each world; None where it is on the screen."""
         self._check_begun()
         return self._screen.draw()

@@ -151,7 +151,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         """The space of an agent's actions, the same object each time."""
         return self._space_of(agent, self.action_spaces)
 
-    def render(self) -> Frame | None:
+    def render(self) -> Frame | str | None:
         """The frame of this moment as rows of red, green and blue; None where it is on the screen.
 
         ConfigError where no `render_mode` was given, or no display is found for a window.

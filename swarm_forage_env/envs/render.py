@@ -48,14 +48,15 @@ class EnvRenderer:
     def __setstate__(self, state: tuple[ArrayEnv, str | None, str]) -> None:
         EnvRenderer.__init__(self, *state)
 
-    def draw(self) -> list[Frame | None]:
-        """The frame of each world as it stands; None where it is on the screen.
+    def draw(self) -> list[Frame | str | None]:
+        """The frame, or the map, of each world as it stands; None where it is on the screen.
 
         ConfigError where no render mode was given, or no display is found for a window.
         """
         if self._mode is None:
             raise ConfigError(
-                "render(): give render_mode='human' or 'rgb_array' where the environment is made"
+                "render(): give render_mode='human', 'rgb_array' or 'ansi' where the environment is"
+                " made"
             )
         return [view.draw(self._env.loop.scene(which)) for which, view in enumerate(self._views)]
 

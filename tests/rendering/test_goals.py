@@ -165,4 +165,4 @@ def test_an_environment_of_waypoints_draws_its_frames():
     frame = env.render()
     assert frame.shape[1] == 512
     assert (np.abs(frame.astype(int) - palette.ESTIMATE).max(axis=2) < 60).sum() > 50
-    assert env.metadata["render_modes"] == ["human", "rgb_array"]
+    assert env.metadata["render_modes"] == ["human", "rgb_array", "ansi"]

@@ -25,7 +25,7 @@ def still(made):
 
 
 def test_pettingzoo_accepts_both_render_modes():
-    assert env(**few).metadata["render_modes"] == ["human", "rgb_array"]
+    assert env(**few).metadata["render_modes"] == ["human", "rgb_array", "ansi"]
     render_test(lambda **mode: env(**few, **mode))
 
 
@@ -131,3 +131,20 @@ def test_pettingzoo_records_videos(tmp_path, turns):
     made.close()
     (file,) = Path(tmp_path).glob("*.mp4")
     assert file.stat().st_size > 1000
+
+
+def test_a_map_of_characters_shows_robots_and_areas_where_they_are():
+    made = parallel_env("es1", render_mode="ansi", **few)
+    made.reset(seed=1)
+    *rows, told = made.render().splitlines()
+    assert {len(row) for row in rows} == {60}
+    assert told == "0.0 s, round trips 0, on path 0%"
+    nest = {at for row in rows for at, sign in enumerate(row) if sign == "#"}
+    prey = {at for row in rows for at, sign in enumerate(row) if sign == "%"}
+    assert max(nest) < 10 < 50 < min(prey)
+    pose = made.world.robots["pose"][0]
+    for robot, (x, y, _) in enumerate(pose):
+        column = int((x / made.scenario.arena.length + 0.5) * 60)
+        row = int((0.5 - y / made.scenario.arena.width) * len(rows))
+        assert rows[row][column] == str(robot)
+    made.close()
