@@ -305,7 +305,7 @@ def test_nothing_is_drawn_without_a_mode():
     with pytest.raises(ResetNeeded, match="call reset"):
         swarm.render()
     swarm.reset(seed=0)
-    with pytest.raises(ConfigError, match="give render_mode='human' or 'rgb_array'"):
+    with pytest.raises(ConfigError, match="give render_mode='human', 'rgb_array' or 'ansi'"):
         swarm.render()
 
 

@@ -49,7 +49,10 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"decision_period": 18_001}, "must be at most the 18000 ticks"),
         ({"max_cycles": 0}, "max_cycles=0"),
         ({"max_cycles": 10**400}, r"max_cycles=10{39}\.\.\.: input should be less than"),
-        ({"render_mode": "ansi"}, "render_mode='ansi': must be 'human' or 'rgb_array', or left"),
+        (
+            {"render_mode": "svg"},
+            "render_mode='svg': must be one of 'human', 'rgb_array', 'ansi', or",
+        ),
         ({"controller": "ssgiff:beta"}, "'beta' must be parameter=value"),
         ({"controller": 7}, "controller=7: must be a name or a controller"),
         ({"learn": "everything", "controller": "dsgiff"}, "'dsgiff': none runs where learn='every"),
@@ -244,7 +247,7 @@ def test_an_unknown_agent_has_no_space(running):
 
 
 def test_nothing_is_drawn(running):
-    with pytest.raises(ConfigError, match="give render_mode='human' or 'rgb_array'"):
+    with pytest.raises(ConfigError, match="give render_mode='human', 'rgb_array' or 'ansi'"):
         running.render()
     running.close()
 
