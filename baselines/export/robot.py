@@ -28,8 +28,8 @@ compose: Kernel
 set_stream: Kernel
 """Free names of the template, beside those of `update_and_describe` and `act`."""
 
-STARTS = 1
-"""Asks the function to start the robot from a seed, and not for a tick."""
+TICK = 0
+"""Asks for a tick; a larger number to start the stream of a cause, less one, from a seed."""
 
 
 def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
@@ -41,14 +41,13 @@ def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
     i: int,
     asked: int,
     seed: int,
-    noise: int,
 ) -> int:
     """Run a tick of robot i, or start it from a seed; 1 if a command or weight is not finite.
 
     Free names: compose, set_stream; those of `update_and_describe` and `act`.
     """
-    if asked == STARTS:
-        set_stream(memories[i], first_word(np.uint64(seed), i, noise))
+    if asked != TICK:
+        set_stream(memories[i], first_word(np.uint64(seed), i, asked - 1))
         return 0
     own = settings[0]
     update_and_describe(robots, minds, i, shared[i], own.estimator)
@@ -122,7 +121,7 @@ class ExportedRobot:
     def llvm_text(self) -> str:
         """The controller as LLVM's text; its function takes the records, then i, asked, seed."""
         arrays = vars(self.records)
-        call = f"called({', '.join(arrays)}, i, asked, seed, {self.noise})"
+        call = f"called({', '.join(arrays)}, i, asked * {1 + self.noise}, seed)"
         run = bind(run_robot, self._functions)
         return llvm_text_of(run, arrays, ("i", "asked", "seed"), call, types.int64)
 
