@@ -16,6 +16,7 @@ from typing import cast
 
 from numba.core.codegen import CPUCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaError
 from numba.core.ir import Expr
@@ -45,11 +46,12 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
 
     def get_call_template(self, *arguments: object) -> object:
         """Compile for a kernel that calls it."""
-        self._compiler.is_inner = True
-        try:
-            return super().get_call_template(*arguments)
-        finally:
-            self._compiler.is_inner = False
+        with global_compiler_lock:
+            self._compiler.is_inner = True
+            try:
+                return super().get_call_template(*arguments)
+            finally:
+                self._compiler.is_inner = False
 
     def add_overload(self, result: CompileResult) -> None:
         """Let Python find what it can call."""
@@ -61,15 +63,16 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
     def compile(self, signature: object) -> object:
         """Compile anew for Python what was compiled for a kernel."""
         arguments, return_type = normalize_signature(signature)
-        found = self.overloads.get(tuple(arguments))
-        if not self._compiler.is_inner:
-            if found and isinstance(found.entry_point, _NoEntry):
-                del self.overloads[tuple(arguments)]
-            return super().compile(signature)
-        if found is None:
-            found = self._compiler.compile(arguments, return_type)
-            self.add_overload(found)
-        return found.entry_point
+        with global_compiler_lock:  # what another thread compiles, it compiles for a kernel
+            found = self.overloads.get(tuple(arguments))
+            if not self._compiler.is_inner:
+                if found and isinstance(found.entry_point, _NoEntry):
+                    del self.overloads[tuple(arguments)]
+                return super().compile(signature)
+            if found is None:
+                found = self._compiler.compile(arguments, return_type)
+                self.add_overload(found)
+            return found.entry_point
 
 
 class _NoEntry:
