@@ -1,6 +1,7 @@
 """Ticks on other machines: the same bits as here, in all that a world and its layers keep."""
 
 import importlib.util
+import re
 import shutil
 import subprocess
 import sys
@@ -33,6 +34,7 @@ SOFT_FLOAT = {
     "__divdf3": "__aeabi_ddiv",
     "__extendsfdf2": "__aeabi_f2d",
     "__truncdfsf2": "__aeabi_d2f",
+    "__floatsidf": "__aeabi_i2d",
     "__floatdidf": "__aeabi_l2d",
     "__floatundidf": "__aeabi_ul2d",
     "__floatdisf": "__aeabi_l2f",
@@ -41,7 +43,11 @@ SOFT_FLOAT = {
 """Operations on float64 of a Cortex-M4, by the names of LLVM and of ARM.
 
 Zig's are correctly rounded. Those of GCC 12 are not: 1 - 0x1.e801a2b94bc6bp-33 is off by 0.83 ulp.
+Whoever calls one function of a member of libgcc gets the others of it too, before Zig's.
 """
+
+COMPARES = {"_arm_cmpdf2", "_arm_unorddf2"}
+"""The members of libgcc with operations on float64 that are linked: comparisons round nothing."""
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="looks at machine code")
 
@@ -58,9 +64,9 @@ def zig(*arguments, cwd):
     run(sys.executable, "-m", "ziglang", *arguments, cwd=cwd)
 
 
-CASES = ("es1-busy/ssgikf", "es1-faulty/ssgikf-sceptical")
+CASES = ("es1-busy/learned-both", "es1-faulty/ssgikf-sceptical")
 MORE_CASES = (
-    "es1-busy/learned-both",
+    "es1-busy/ssgikf",
     "mg1-dodecagon-shadowed/ssgikf",
     "two-prey-moving/dsgiff-penalised",
     "es3/ssgikf",
@@ -137,13 +143,15 @@ def run_on_cortex_m4(*sources, cwd, options=()):
     """Link a program for a Cortex-M4 and run it on one that is emulated; what it prints."""
     library = Path(importlib.util.find_spec("ziglang").origin).parent / "lib" / "compiler_rt.zig"
     machine = "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4"
-    zig("build-obj", *machine, "-OReleaseSmall", "-femit-bin=rt.o", library, cwd=cwd)
+    zig("build-obj", *machine, "-OReleaseFast", "-femit-bin=rt.o", library, cwd=cwd)
     run(
         "arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=softfp",
         "-mfpu=fpv4-sp-d16", "-O2", "-nostartfiles", "-I.", HERE / "startup.c", *sources, "rt.o",
         *(f"-Wl,--defsym={name}={arm}" for name, arm in SOFT_FLOAT.items()),
-        "--specs=rdimon.specs", "-T", HERE / "m4.ld", "-lm", "-o", "run.elf", cwd=cwd,
+        "--specs=rdimon.specs", "-T", HERE / "m4.ld", "-lm", "-Wl,-Map=run.map", "-o", "run.elf",
+        cwd=cwd,
     )  # fmt: skip
+    assert set(re.findall(r"libgcc\.a\((\w*df\w*)\.o\)", (cwd / "run.map").read_text())) <= COMPARES
     return run(
         "qemu-system-arm", "-M", "mps2-an386", "-cpu", "cortex-m4", "-semihosting", "-nographic",
         "-kernel", "run.elf", *options, cwd=cwd,
@@ -187,7 +195,7 @@ def test_a_robot_alone_commands_the_same_on_its_chip(name, tmp_path):
         HERE / "instructions.c", "controller.o", cwd=tmp_path, options=counting
     )
     mean, most = map(int, counted.split())
-    assert 1_000 < mean < most < 0.01 * A_TICK, "a tick takes a hundredth of its time, at most"
+    assert 1_000 < mean < most < 0.02 * A_TICK, "a tick takes a fiftieth of its time, at most"
 
 
 @needs("node")
