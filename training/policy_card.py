@@ -1,7 +1,7 @@
 """Policy cards: under which keywords a policy of another trainer was trained.
 
-`SwarmVecEnv` puts a card on its observation space, and so stable-baselines3 keeps it in what
-`model.save("model.zip")` writes, as plain JSON. Beside other files it lies as JSON of the same
+Every environment has a card on its space of observations, and so stable-baselines3 keeps it in
+what `model.save("model.zip")` writes, as plain JSON. Beside other files it lies as JSON of the same
 name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
 """
 
@@ -10,25 +10,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
-from gymnasium.spaces import Box
 from pydantic import Field, ValidationError, model_validator
 
-from baselines.controller import LayeredController
 from swarm_forage_env.envs.config import PolicyKeywords
+from swarm_forage_env.envs.made_with import made_with
 from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.parameters import Parameters
-from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import ScenarioSource
 from training.foreign_file import LARGEST_CARD, read_file, reason
 from training.policy_file import TrainingRecord, write_card
-
-ON_SPACE = "policy_card"
-"""Attribute of an observation space that holds a card as JSON."""
 
 Word = Annotated[str, Field(max_length=1000, pattern=r"^\P{C}*$")]
 """What a message can quote: no line ends, nothing that a terminal obeys."""
@@ -74,14 +68,8 @@ class PolicyCard(Parameters):
 
 def card_of(parts: EnvParts) -> PolicyCard:
     """The card of a policy that is trained under checked keywords of `parallel_env`."""
-    config = parts.config
-    keywords = {name: value for name, value in config if name in CardKeywords.model_fields}
-    return PolicyCard(
-        scenario=parts.scenario.name,
-        controller=_text(parts.controller),
-        keywords=CardKeywords(**{**keywords, "observation": "+".join(_names(config.observation))}),
-        observes=PolicyForm([parts.scenario], config).observes,
-    )
+    form = PolicyForm([parts.scenario], parts.config)
+    return PolicyCard.model_validate_json(made_with(parts, form))
 
 
 def save_policy_card(
@@ -131,31 +119,3 @@ def _in_a_name(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def with_card(space: Box, card: PolicyCard) -> Box:
-    """Copy an observation space and attach a card, which a pickle keeps."""
-    copy = Box(space.low, space.high, dtype=np.float32)
-    setattr(copy, ON_SPACE, card.model_dump_json())
-    return copy
-
-
-def _names(observation: object) -> list[str]:
-    """Names of what is observed; for a class of the user's its module and name."""
-    listed = observation if isinstance(observation, list | tuple) else [observation]
-    return [each if isinstance(each, str) else _path(each) for each in listed]
-
-
-def _path(observation: object) -> str:
-    kind = observation if isinstance(observation, type) else type(observation)
-    return f"{kind.__module__}:{kind.__qualname__}"
-
-
-def _text(controller: Controller) -> str:
-    """A controller as its name and the parameters that differ from those of that name."""
-    name = str(controller.name)
-    if name not in CONTROLLERS or not isinstance(controller, LayeredController):
-        return name
-    usual = CONTROLLERS[name].parameters
-    changes = [f"{k}={v}" for k, v in controller.parameters.items() if usual.get(k) != v]
-    return f"{name}:{','.join(changes)}" if changes else name

@@ -10,14 +10,12 @@ from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.envs.make import checked_parts
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.viewer import check_render_mode
 from swarm_forage_env.scenarios import ScenarioSource
-from training.policy_card import card_of, with_card
 
 Infos = list[dict[str, Any]]
 
@@ -64,10 +62,7 @@ class SwarmVecEnv(VecEnv):
         self.render_mode = render_mode
         self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
         self._next: Float32[Array, "rows numbers"] | None = None
-        card = card_of(checked_parts(scenario, controller, options))
-        super().__init__(
-            n_worlds * len(env.learners), with_card(env.observation_space, card), env.action_space
-        )
+        super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
         self.metadata = self._shown_at()
         self.seed(seed)
 

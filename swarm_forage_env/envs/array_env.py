@@ -15,6 +15,7 @@ from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
+from swarm_forage_env.envs.made_with import made_with, put_on
 from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, added, normalised
@@ -119,7 +120,7 @@ class ArrayEnv:
         PolicyForm([parts.scenario], parts.config).hand_over(self.world.robots["action"], own)
         self._on: Worlds = self.loop if device == "cpu" else DeviceLoop(self.loop)
         self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
-        self._prepare()
+        self._prepare(parts)
 
     def __repr__(self) -> str:
         """What it is: scenario, learned layer, worlds, robots that learn, and engine."""
@@ -285,7 +286,7 @@ class ArrayEnv:
         config, seeds = parts.config, range(self.n_worlds)
         return Loop(parts.scenario, parts.controller, seeds, config.physics, config.threads)
 
-    def _prepare(self) -> None:
+    def _prepare(self, parts: EnvParts) -> None:
         """Make the spaces, and what a decision consists of."""
         config, worlds, learners = self.config, self._on, self.learner_numbers
         scenarios = self.episodes.extremes
@@ -303,6 +304,7 @@ class ArrayEnv:
         self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
         self._drawn = self._lent_drawn()
         self.observation_layout, self.observation_space = form.layout, form.observation_space
+        put_on(self.observation_space, made_with(parts, form))
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
         self.actions = Actions(_names(self.learners, self.n_worlds), form.action)

@@ -34,8 +34,9 @@ class JointWorlds(ShownEnv):
             rest.setdefault("learners", 1)
         env = ArrayEnv(n_worlds=n_worlds, **rest)
         self._show(env, render_mode, rest.get("controller"))
-        self._joint_observations = repeated(env.observation_space, len(env.learners))
-        self._joint_actions = joint_actions(env.action_space, len(env.learners))
+        own, n_learners = env.observation_space, len(env.learners)
+        self._joint_observations = own if n_learners == 1 else repeated(own, n_learners)
+        self._joint_actions = joint_actions(env.action_space, n_learners)
         self._action_shape: tuple[int, ...] = self._joint_actions.shape or ()
         self._is_team_reward = env.config.reward == "team"
         self._has_begun = False

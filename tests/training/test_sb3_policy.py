@@ -12,6 +12,7 @@ import tracemalloc
 import zipfile
 from types import SimpleNamespace
 
+import gymnasium as gym
 import numpy as np
 import pytest
 import torch
@@ -20,6 +21,7 @@ from sb3_contrib import RecurrentPPO
 from stable_baselines3 import PPO, SAC, TD3
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
+from swarm_forage_env import parallel_env
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
@@ -447,3 +449,23 @@ def test_weights_that_swell_are_refused_before_they_do(file, tmp_path, monkeypat
 def test_names_of_arrays_are_text(file):
     with_parts(file, policy_pth=as_torch_saves({1: torch.zeros(2)}))
     refuses(file, "weights cannot be read .they are no arrays by name")
+
+
+def in_gymnasium(**keywords):
+    return gym.make("SwarmForage/ES1-v2", **keywords)
+
+
+def in_supersuit(**keywords):
+    supersuit = pytest.importorskip("supersuit", reason="pip install supersuit")
+    worlds = supersuit.pettingzoo_env_to_vec_env_v1(parallel_env("es1", **keywords))
+    return supersuit.concat_vec_envs_v1(worlds, 1, base_class="stable_baselines3")
+
+
+@pytest.mark.parametrize("make", [SwarmVecEnv, in_gymnasium, in_supersuit])
+def test_a_model_knows_the_keywords_of_its_training_whatever_it_was_trained_through(make, tmp_path):
+    asked = {"decision_period": 3, "stack": 2, "discrete": (3, 5), "action": "course"}
+    env = make(controller="ssgiff:beta=0.5", physics="kinematic", **asked)
+    PPO("MlpPolicy", env, n_steps=8, batch_size=8).save(tmp_path / "m.zip")
+    card = SB3Policy(file=str(tmp_path / "m.zip")).card()
+    assert {name: getattr(card.keywords, name) for name in asked} == asked
+    assert card.controller == "ssgiff:weighting.beta=0.5"
