@@ -175,7 +175,11 @@ build/replays/%.html: .venv-docs/.ready
 	@mkdir -p $(@D)
 	.venv-docs/bin/swarm-forage watch $* $(SHOWN) --seed 1 --html $@
 
-docs: .venv-docs/.ready $(REPLAYS)  ## build the site into site/: strict, nothing fetched from elsewhere
+build/replays/play.html: .venv-docs/.ready
+	@mkdir -p $(@D)
+	.venv-docs/bin/swarm-forage play es1 ssgikf learned-both --html $@
+
+docs: .venv-docs/.ready $(REPLAYS) build/replays/play.html  ## build the site into site/: strict, nothing fetched from elsewhere
 	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/python -m mkdocs build --quiet
 	.venv-docs/bin/python docs/hooks/check_site.py site
 

@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from typer import Argument, Option
 
-from baselines.evaluation.commands import evaluate, watch
+from baselines.evaluation.commands import evaluate, play, watch
 from baselines.evaluation.commands import plot as plot_figure
 from baselines.evaluation.common_options import any_name
 from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
@@ -152,3 +152,4 @@ app.command("plot")(stoppable(keeps=False)(plot_figure))
 app.command()(stoppable()(reproduce))
 app.command()(stoppable(keeps=False)(export))
 app.command()(stoppable(keeps=False)(watch))
+app.command()(stoppable(keeps=False)(play))

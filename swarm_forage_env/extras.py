@@ -13,6 +13,7 @@ EXTRAS = {
     "train": {"cmaes", "safetensors", "sb3_contrib", "stable_baselines3", "tensorboard", "torch"},
     "onnx": {"onnxruntime"},
     "cuda": {"numba_cuda"},
+    "play": {"ziglang"},
     "ray": {"ray"},
     "torchrl": {"benchmarl", "torch", "torchrl"},
 }

@@ -15,8 +15,12 @@ library that is linked must round as IEEE 754 says.
 """
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -28,6 +32,7 @@ from numba.np.numpy_support import from_dtype
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import OPTIONS, bind
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.ticks import run_ticks
 
@@ -66,13 +71,21 @@ TARGETS = {
 def memory_of(loop: Loop) -> list[Array]:
     """Copies of the arrays in which a loop of one world keeps its robots and their layers.
 
+    The gaps between fields of a record are zeros, so that equal numbers are equal bytes.
+
     ConfigError for a loop of several worlds, or one that is not compiled as a whole.
     """
     layers = loop.controller.compiled
     if loop.world.n_worlds != 1 or not layers.firsts or loop.physics != "kinematic":
         raise ConfigError("other machines run one world with the engine 'kinematic'")
     arrays = (*loop.world.arrays, *layers.arrays, loop.world.modes, loop.world.trouble)
-    return [np.ascontiguousarray(each).copy() for each in arrays]
+    return [_without_gaps(each) for each in arrays]
+
+
+def _without_gaps(array: Array) -> Array:
+    copy = np.zeros(array.shape, array.dtype)
+    copy[...] = array
+    return copy
 
 
 def object_code(loop: Loop, target: Target) -> bytes:
@@ -82,13 +95,22 @@ def object_code(loop: Loop, target: Target) -> bytes:
 
 def llvm_text(loop: Loop) -> str:
     """The ticks of a loop of one world as LLVM's text, in which only `swarm_run` is public."""
+    arrays, passed = handed_over(loop)
+    return llvm_text_of(ticks_of(loop), arrays, ("n_ticks",), f"called({passed}, 0, 1, n_ticks)")
+
+
+def ticks_of(loop: Loop) -> Kernel:
+    """`run_ticks` with the functions of a loop's world and controller."""
+    return bind(run_ticks, {**loop.world.functions, **loop.controller.compiled.functions})
+
+
+def handed_over(loop: Loop) -> tuple[dict[str, Array], str]:
+    """The arrays of `memory_of(loop)` by name, and as `run_ticks` is handed them."""
     memory, n_world = memory_of(loop), len(loop.world.arrays)
-    layers = loop.controller.compiled
-    ticks = bind(run_ticks, {**loop.world.functions, **layers.functions})
     names = [f"array_{k}" for k in range(len(memory))]
     world, own = ", ".join(names[:n_world]), ", ".join(names[n_world:-2])
-    call = f"called(({world},), ({own},), {names[-2]}, {names[-1]}, 0, 1, n_ticks)"
-    return llvm_text_of(ticks, dict(zip(names, memory, strict=True)), ("n_ticks",), call)
+    passed = f"({world},), ({own},), {names[-2]}, {names[-1]}"
+    return dict(zip(names, memory, strict=True)), passed
 
 
 def llvm_text_of(
@@ -134,6 +156,23 @@ def compiled_for(target: Target, text: str) -> bytes:
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     return bytes(machine.emit_object(module))
+
+
+def linked_for_web(text: str) -> bytes:
+    """LLVM's text as a module of WebAssembly, which exports `swarm_run` and its memory.
+
+    It imports `__multi3`, the product of two whole numbers of 128 bits, where that is called.
+    ModuleNotFoundError without the package ziglang, whose linker it takes.
+    """
+    import ziglang  # noqa: F401 only to tell early that it is missing
+
+    options = "--no-entry", f"--export={ENTRY}", "--export=__heap_base", "--allow-undefined"
+    with TemporaryDirectory() as folder:
+        files = Path(folder) / "run.o", Path(folder) / "run.wasm"
+        files[0].write_bytes(compiled_for(TARGETS["wasm32"], text))
+        command = (sys.executable, "-m", "ziglang", "wasm-ld", *options, files[0], "-o", files[1])
+        subprocess.run(command, check=True)
+        return files[1].read_bytes()
 
 
 def _without_host(text: str) -> str:

@@ -22,7 +22,7 @@ from baselines.evaluation.common_options import (
     controller_names,
     find_backend,
 )
-from baselines.evaluation.console import say
+from baselines.evaluation.console import check_file, say
 
 if TYPE_CHECKING:
     from baselines.evaluation.episode import AnyEpisode
@@ -275,3 +275,27 @@ def watch(  # noqa: PLR0913 the options of a command
         speed = 10.0 if drive is None else 1.0
     options = watching.WatchOptions(speed, size, select, start, seconds, drive, video, html, frame)
     watching.watch(chosen, options)
+
+
+def play(
+    scenario: ScenarioArgument,
+    controllers: Annotated[
+        list[str],
+        Argument(metavar="CONTROLLER", help="One, or two.", autocompletion=controller_names),
+    ],
+    html: Annotated[Path, FileOption(help="The page to write: .html.")],
+    seeds: Annotated[int, Option(help="Worlds that it holds: those of the seeds from 0 on.")] = 20,
+    settings: SettingsOption = None,
+) -> None:
+    """Write a page in which the controllers run, in any browser and without a network.
+
+    It computes each episode itself, in WebAssembly, as evaluate --physics kinematic does, and
+    plays it. The visitor chooses the seed and changes radio, noise and beta by sliders.
+    """
+    from baselines.evaluation.evaluate_options import EvaluateOptions
+    from baselines.evaluation.play import write_playground
+
+    chosen = EvaluateOptions(scenario, controllers, seeds, 0, settings or [], "kinematic")
+    check_file("--html", html, (".html",))
+    write_playground(chosen, html)
+    say(f"wrote {html} ({html.stat().st_size / 1e6:.1f} MB)")

@@ -150,10 +150,14 @@ def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
 
 
 def command_of(chosen: EvaluateOptions, options: WatchOptions) -> str:
-    """The command line that shows the same again, with every option that is not the usual one."""
+    """The command line that shows the same again, with every option that is not the usual one.
+
+    Files that it writes are named without their folder.
+    """
     words = [f"--set={each}" for each in chosen.settings] + [f"--seed={chosen.seed}"]
     words += [f"--physics={chosen.physics}"] if chosen.physics else []
-    for name, value in vars(options).items():
+    for name, chosen_value in vars(options).items():
+        value = chosen_value.name if isinstance(chosen_value, Path) else chosen_value
         if value != vars(WatchOptions)[name]:
             words.append(f"--{name}={value:g}" if isinstance(value, float) else f"--{name}={value}")
     return shlex.join(["swarm-forage", "watch", chosen.scenario, *chosen.controllers, *words])

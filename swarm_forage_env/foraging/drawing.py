@@ -2,16 +2,21 @@
 
 import numpy as np
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Int8
+from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64, Int8, Int32, Int64
+from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.drawing import bodies, walls
+from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.areas import KINDS, move_tick
-from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_now
+from swarm_forage_env.foraging.metrics import knows_both_areas_now
+from swarm_forage_env.foraging.records import RobotState, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.raw_control import has_estimators
-from swarm_forage_env.record import Rows, rows
+from swarm_forage_env.record import rows
 from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY, Scene, Stage
+from swarm_forage_env.ticks import BEGINS, RUNS, Arrays
 
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:
@@ -38,13 +43,16 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     """One world of a block as it stands; without beliefs where no estimator keeps any."""
     robots, n = world.robots[which].view(np.recarray), world.n_robots
     known, p = np.zeros((n, 2), np.bool_), np.zeros((n, 2), np.float32)
-    believed, situations = np.zeros((n, 2, 2)), None
+    doing, believed = np.zeros(n, np.int8), np.zeros((n, 2, 2))
     if has_estimators(minds):
         situations = rows(minds["estimator"]["situation"][which])
         known, p = situations.known != 0, situations.p.copy()
-        believed = believed_places(robots.pose, situations.areas, known)
+        draw_robots(world.robots[which], situations, doing, believed)
+    else:
+        doing[robots.leg == TO_NEST] = TO_THE_NEST
+        doing[robots.leg == TO_PREY] = TO_THE_PREY
     return Scene(
-        doing=_doing(robots, situations),
+        doing=doing,
         believed=believed,
         known=known,
         p=p,
@@ -54,16 +62,98 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     )
 
 
-def _doing(robots: Rows, situations: Rows | None) -> Int8[Array, " robots"]:
-    """The code of what each robot is doing; the last that holds counts."""
-    doing = np.full(len(robots), EXPLORING, np.int8)
-    if situations is None:
-        doing[robots.leg == TO_NEST] = TO_THE_NEST
-        doing[robots.leg == TO_PREY] = TO_THE_PREY
-        return doing
-    astray = (robots.lost_events > 0) & ~robots.known.any(axis=1)
-    doing[astray & (situations.goal[:, 2] > 0)] = LOST
-    doing[situations.goal[:, NEST] > 0] = TO_THE_NEST
-    doing[situations.goal[:, PREY] > 0] = TO_THE_PREY
-    doing[situations.is_talking > 0] = TALKING
-    return doing
+@kernel
+def doing_of(robot: RobotState, situation: Situation) -> int:
+    """The code of what a robot is doing."""
+    if situation.is_talking > 0.0:
+        return TALKING
+    if situation.goal[PREY] > 0.0:
+        return TO_THE_PREY
+    if situation.goal[NEST] > 0.0:
+        return TO_THE_NEST
+    astray = robot.lost_events > 0 and robot.known[NEST] == 0 and robot.known[PREY] == 0
+    return LOST if astray and situation.goal[2] > 0.0 else EXPLORING
+
+
+@kernel
+def believed_place(robot: RobotState, situation: Situation, area: int) -> tuple[float, float]:
+    """Where a robot believes an area to be, in the world frame [m]; zeros where it does not."""
+    if situation.known[area] == 0.0:
+        return 0.0, 0.0
+    ahead, left = situation.areas[area, 0], situation.areas[area, 1]
+    dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
+    return robot.pose[0] + dx, robot.pose[1] + dy
+
+
+@entry_point
+def draw_robots(
+    robots: Array,
+    situations: Array,
+    out_doing: Int8[Array, " robots"],
+    out_believed: Float64[Array, "robots areas 2"],
+) -> None:
+    """Write what the robots of a world do, and where they believe nest and prey to be."""
+    for i in range(robots.shape[0]):
+        out_doing[i] = doing_of(robots[i], situations[i])
+        for area in range(2):
+            place = believed_place(robots[i], situations[i], area)
+            out_believed[i, area, 0], out_believed[i, area, 1] = place
+
+
+COLUMNS = (
+    "x", "y", "heading", "doing", "known", "trips", "nestX", "nestY", "nestP", "preyX", "preyY",
+    "preyP", "knowsWay", "faulty",
+)  # fmt: skip
+"""What `draw_column` writes of each robot, as a page calls it."""
+
+
+@kernel
+def draw_column(
+    robot: RobotState, situation: Situation, i: int, out: Float32[Array, "columns robots"]
+) -> None:
+    """Write what is drawn of robot i."""
+    for k in range(3):
+        out[k, i] = robot.pose[k]
+    out[3, i] = doing_of(robot, situation)
+    out[4, i] = situation.known[NEST] + 2.0 * situation.known[PREY]
+    out[5, i] = robot.round_trips
+    for area in range(2):
+        at = 6 + 3 * area
+        out[at, i], out[at + 1, i] = believed_place(robot, situation, area)
+        out[at + 2, i] = situation.p[area]
+    out[12, i] = robot.known[NEST] != 0 and robot.known[PREY] != 0
+    out[13, i] = robot.is_faulty.sum() > 0
+
+
+run_ticks: Kernel
+"""Free name of the template below: the ticks of a world and its controller."""
+
+
+def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    modes: Int8[Array, " worlds"],
+    trouble: Int64[Array, " worlds_and_one"],
+    n_ticks: int,
+    out_columns: Float32[Array, "columns robots"],
+    out_pairs: Int32[Array, "messages ends"],
+) -> int:
+    """Run ticks of one world, and write what is drawn of it then; the number of messages heard.
+
+    A world that begins senses and observes before. `out_pairs` has sender and receiver of each
+    message of these ticks.
+    """
+    robots, minds, n_heard = world_arrays[0], layer_arrays[0], 0
+    if modes[0] == BEGINS:
+        run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
+        modes[0] = RUNS
+    for _ in range(n_ticks):
+        run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
+        for i in range(robots.shape[1]):
+            heard = robots[0, i].heard
+            for slot in range(heard.n):
+                out_pairs[n_heard, 0], out_pairs[n_heard, 1] = heard.sender[slot], i
+                n_heard += 1
+    for i in range(robots.shape[1]):
+        draw_column(robots[0, i], minds[0, i].situation, i, out_columns)
+    return n_heard

@@ -6,6 +6,7 @@ The page is put together from the files in `page/`; `recording.py` packs the num
 import base64
 import html
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
@@ -25,7 +26,7 @@ BUDGET = 6_000_000
 BYTES_PER_ROBOT = 12
 """A robot in one frame takes about this much of the file [byte]; es1 and es3 take less."""
 
-SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "player")
+SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "live", "player")
 """The page's scripts, in the order they are read."""
 
 
@@ -91,53 +92,74 @@ class Replay:
         if len({(about["frames"], about["every"]) for about, _ in packs}) > 1:
             raise ConfigError("scenes of two swarms that are not of the same times: add them alike")
         colours = self._opening.colours[: len(packs)]
-        first, *others = (
+        swarms = [
             {"controller": name, "colour": colour} | about
             for name, colour, (about, _) in zip(self._controllers, colours, packs, strict=True)
-        )
-        about = json.dumps(self._about() | first | {"beside": others})
-        names = " and ".join(self._controllers)
-        return Template(_part("replay.html")).substitute(
-            title=html.escape(f"{self._stage.scenario} · {names} · seed {self._seed}"),
-            style=_part("replay.css"),
-            about=about.replace("<", "\\u003c"),
-            recordings="\n".join(_script(k, packed) for k, (_, packed) in enumerate(packs)),
-            script="\n".join(_part(f"{name}.js") for name in SCRIPTS),
+        ]
+        return page_of(
+            f"{self._stage.scenario} · {' and '.join(self._controllers)} · seed {self._seed}",
+            about_of(self._stage, self._command, self._opening) | {"seed": self._seed},
+            swarms,
+            [packed for _, packed in packs],
         )
 
-    def _about(self) -> dict[str, object]:
-        stage = self._stage
-        return {
-            "scenario": stage.scenario,
-            "seed": self._seed,
-            "command": self._command,
-            "start": self._opening.start,
-            "speed": self._opening.speed,
-            "select": self._opening.select,
-            "length": stage.length,
-            "width": stage.width,
-            "areas": stage.areas.tolist(),
-            "kinds": stage.kinds,
-            "names": stage.names,
-            "moves": stage.moves,
-            "areaRadius": stage.area_radius,
-            "startRadius": stage.start_radius,
-            "corners": stage.corners.tolist(),
-            "obstacles": [
-                {"points": each.points.tolist(), "radius": each.radius, "closed": each.is_closed}
-                for each in stage.obstacles
-            ],
-            "robotRadius": stage.robot_radius,
-            "robots": stage.n_robots,
-            "tick": stage.tick,
-            "states": stage.states,
-            "headings": stage.headings,
-            "goals": None if stage.goals is None else asdict(stage.goals) | {"within": WITHIN},
-            "trail": TRAIL,
-            "justNow": JUST_NOW,
-            "ring": P_RING,
-            "colours": _colours(),
-        }
+
+def page_of(
+    title: str,
+    about: Mapping[str, object],
+    swarms: Sequence[Mapping[str, object]],
+    packed: Sequence[bytes],
+    also: str = "",
+    others: str = "",
+) -> str:
+    """The HTML page of some swarms, with the packed numbers of each.
+
+    `also` is what a script of the page may do beside; `others` are elements that it reads.
+    """
+    first, *beside = swarms
+    told = json.dumps({**about, **first, "beside": beside})
+    return Template(part("replay.html")).substitute(
+        title=html.escape(title),
+        also=also,
+        style=part("replay.css"),
+        about=told.replace("<", "\\u003c"),
+        recordings="\n".join([*(_script(k, each) for k, each in enumerate(packed)), others]),
+        script="\n".join(part(f"{name}.js") for name in SCRIPTS),
+    )
+
+
+def about_of(stage: Stage, command: str, opening: Opening) -> dict[str, object]:
+    """What a page must know of a stage, and how it opens."""
+    return {
+        "scenario": stage.scenario,
+        "command": command,
+        "start": opening.start,
+        "speed": opening.speed,
+        "select": opening.select,
+        "length": stage.length,
+        "width": stage.width,
+        "areas": stage.areas.tolist(),
+        "kinds": stage.kinds,
+        "names": stage.names,
+        "moves": stage.moves,
+        "areaRadius": stage.area_radius,
+        "startRadius": stage.start_radius,
+        "corners": stage.corners.tolist(),
+        "obstacles": [
+            {"points": each.points.tolist(), "radius": each.radius, "closed": each.is_closed}
+            for each in stage.obstacles
+        ],
+        "robotRadius": stage.robot_radius,
+        "robots": stage.n_robots,
+        "tick": stage.tick,
+        "states": stage.states,
+        "headings": stage.headings,
+        "goals": None if stage.goals is None else asdict(stage.goals) | {"within": WITHIN},
+        "trail": TRAIL,
+        "justNow": JUST_NOW,
+        "ring": P_RING,
+        "colours": _colours(),
+    }
 
 
 def _colours() -> dict[str, str | list[str]]:
@@ -181,5 +203,6 @@ def _script(which: int, packed: bytes) -> str:
     return f'<script type="text/plain" id="{name}">{text}</script>'
 
 
-def _part(name: str) -> str:
+def part(name: str) -> str:
+    """A file that pages are put together from."""
     return (resources.files(__package__) / "html" / name).read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.targets import TARGETS, compiled_for, llvm_text, memory_of
+from swarm_forage_env.targets import TARGETS, compiled_for, linked_for_web, llvm_text, memory_of
 from tests.columns import check_same_bits
 from tests.golden.cases import ARENAS, WORLDS
 
@@ -116,9 +116,7 @@ def test_web_assembly_has_the_same_bits(world, tmp_path):
     text, before, after = world
     memory, sizes = padded(before)
     (tmp_path / "memory.bin").write_bytes(memory)
-    (tmp_path / "run.o").write_bytes(compiled_for(TARGETS["wasm32"], text))
-    options = "--no-entry", "--export=swarm_run", "--export=__heap_base", "--allow-undefined"
-    zig("wasm-ld", *options, "run.o", "-o", "run.wasm", cwd=tmp_path)
+    (tmp_path / "run.wasm").write_bytes(linked_for_web(text))
     files = "run.wasm", "memory.bin", "out.bin"
     run("node", HERE / "run.mjs", *files, str(TICKS), *map(str, sizes), cwd=tmp_path)
     assert_same((tmp_path / "out.bin").read_bytes(), after)

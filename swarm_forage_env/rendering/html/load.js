@@ -3,12 +3,17 @@
 const element = (id) => document.getElementById(id);
 const about = JSON.parse(element("about").textContent);
 
-/* The bytes behind the base64 text, inflated by the browser itself. */
-async function inflated(text) {
+/* The bytes behind a base64 text. */
+function bytesOf(text) {
   const raw = atob(text);
-  const packed = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) packed[i] = raw.charCodeAt(i);
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const found = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) found[i] = raw.charCodeAt(i);
+  return found;
+}
+
+/* The bytes behind a base64 text, inflated by the browser itself. */
+async function inflated(text) {
+  const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Response(stream).arrayBuffer();
 }
 

@@ -23,7 +23,9 @@ const panel = {
       element("robot").add(new Option(String(robot), String(robot)));
     }
     const gap = (about.tick * about.every).toFixed(1);
-    element("sampling").textContent = about.every === 1
+    element("sampling").textContent = about.live
+      ? `This page runs the world itself, in WebAssembly, and draws every ${gap} s of it.`
+      : about.every === 1
       ? `Every tick of ${gap} s is kept.`
       : `To keep the file small, one frame is kept every ${gap} s (${about.every} ticks); `
         + "robots move on straight lines between.";

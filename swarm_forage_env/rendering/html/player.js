@@ -99,6 +99,7 @@ function onKey(event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const tag = event.target.tagName;
   if (tag === "SELECT" || (tag === "BUTTON" && event.key === " ")) return;
+  if (event.target.closest(".world") && event.key.startsWith("Arrow")) return;
   const act = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (!act) return;
   event.preventDefault();
@@ -160,7 +161,8 @@ async function begin() {
   colourSwarms();
   panel.prepare();
   arena.prepare();
-  view.episodes = await Promise.all(swarms.map(loaded));
+  if (about.live) await live.prepare();
+  view.episodes = about.live ? await live.episodes() : await Promise.all(swarms.map(loaded));
   view.time = view.start;
   view.speed = about.speed;
   view.chosen = about.select;
@@ -183,6 +185,7 @@ function refuse(reason) {
   element("notice").textContent = typeof DecompressionStream === "undefined"
     ? "This browser is too old for the replay: it takes Chromium 80, Firefox 113, Safari 16.4 or"
       + " a later one."
+    : about.live ? `The world cannot be run in this browser (${reason}).`
     : `The recording in this file cannot be read (${reason}); make it again with the command above.`;
 }
 

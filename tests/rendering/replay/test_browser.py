@@ -62,7 +62,7 @@ def opened(browser, file):
     for context in contexts:
         context.close()
     assert complaints == []
-    assert not [url for url in requests if not url.startswith(("data:", "file:"))]
+    assert not [url for url in requests if not url.startswith(("blob:", "data:", "file:"))]
 
 
 @pytest.fixture
