@@ -108,7 +108,6 @@ test-cuda: .venv-cuda/.ready  ## the kernels of a GPU, in .venv-cuda: without on
 	.venv-cuda/bin/pytest -m 'cuda or gpu' tests/cuda
 
 test-targets: $(READY)  ## ticks in WebAssembly and on an emulated Cortex-M4; skipped without node, ARM's GCC, QEMU
-	$(BIN)/python -m pip install -qq --constraint constraints.txt ziglang
 	$(BIN)/pytest -m 'not slow' tests/targets
 
 ladder: .venv-torchrl/.ready  ## train what is missing of the ladder, telling the time left, and write docs/ladder.md (a night)
