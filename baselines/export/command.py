@@ -27,6 +27,10 @@ def export(
         str, Option(help="Whose numbers it has.", autocompletion=scenario_names)
     ] = "es1",
     settings: SettingsOption = None,
+    argos: Annotated[
+        bool,
+        Option("--argos", help="Write an experiment for ARGoS 3 too, with its controller in C++."),
+    ] = False,
     out: Annotated[
         Path | None,
         Option(parser=path, help="Folder of the files.", show_default="runs/export-<controller>"),
@@ -35,17 +39,26 @@ def export(
     """Write the controller of one robot as machine code, with a header and an example for C.
 
     The example replays 1,000 ticks of a robot in the simulator (vectors.bin), and says in how many
-    the controller commands and tells the same, bit for bit.
+    the controller commands and tells the same, bit for bit. --argos adds experiment.argos,
+    floor.png and argos_controller.cpp.
     """
     from baselines.evaluation.experiment_config import find_layered_controller, parse_settings
+    from baselines.export.argos import write_argos
     from baselines.export.files import export as write
     from baselines.export.robot import ExportedRobot
+    from swarm_forage_env.errors import ConfigError
     from swarm_forage_env.scenarios import find_scenario
 
     found = find_layered_controller(controller)
     exported = ExportedRobot(found, find_scenario(scenario, parse_settings(settings or [])))
     folder = out or Path("runs") / f"export-{controller.replace(':', '-')}"
+    if argos and target != "x86-64":
+        raise ConfigError(
+            f"--argos: ARGoS runs on a computer, not on {target}; add --target x86-64"
+        )
     weight = write(exported, target, folder)
+    if argos:
+        write_argos(exported, folder)
     typer.echo(
         f"{folder}: {controller} for {target}: {weight.code:,} bytes of code, {weight.data:,} of"
         f" numbers, {weight.ram:,} of RAM; see {folder / 'README.md'}"

@@ -91,7 +91,7 @@ class ExportedRobot:
         """Build the layers; ConfigError for what cannot be exported."""
         check_exportable(controller, scenario)
         self.name, self.scenario, self._controller = controller.name, scenario, controller
-        loop = self._world(0)
+        loop = self.loop(0)
         running = loop.controller
         if not isinstance(running, RunningLayers) or running.has_rules:
             raise ConfigError(
@@ -146,7 +146,7 @@ class ExportedRobot:
 
         What it says is known where another robot listens.
         """
-        loop, vectors = self._world(seed), np.zeros(n_ticks, self.vector)
+        loop, vectors = self.loop(seed), np.zeros(n_ticks, self.vector)
         robot, (minds, *_) = loop.world.robots[0, i], loop.controller.compiled.arrays
         for vector in vectors:
             vector["readings"], n = robot["readings"], int(robot["heard"]["n"])
@@ -171,5 +171,6 @@ class ExportedRobot:
         world, robot = np.unravel_index(int(messages.argmax()), messages.shape)
         return seeds[int(world)], int(robot)
 
-    def _world(self, seed: int) -> Loop:
+    def loop(self, seed: int) -> Loop:
+        """The simulated world of a seed, about to begin."""
         return Loop(self.scenario, self._controller, [seed], "kinematic")

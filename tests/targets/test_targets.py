@@ -6,12 +6,14 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from numba.core import config
 
 from baselines.evaluation.experiment_config import find_layered_controller
+from baselines.export.argos import floor, write_argos
 from baselines.export.files import export
 from baselines.export.robot import ExportedRobot
 from swarm_forage_env.controllers import find_controller
@@ -215,6 +217,80 @@ def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
     else:
         with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
             ExportedRobot(*robot)
+
+
+ARGOS = """
+#pragma once
+#include <string>
+#include <sstream>
+#include <vector>
+#include <stdexcept>
+#define THROW_ARGOSEXCEPTION(m) { std::ostringstream s; s << m; throw std::runtime_error(s.str()); }
+#define REGISTER_CONTROLLER(kind, name) kind registered;
+namespace argos {
+typedef double Real; typedef unsigned char UInt8; typedef signed char SInt8;
+typedef unsigned int UInt32; typedef signed int SInt32;
+struct TConfigurationNode {};
+template <class T> void GetNodeAttributeOrDefault(TConfigurationNode &, const std::string &, T &,
+                                                  const T &) {}
+struct CDegrees { explicit CDegrees(Real v) : v(v) {} Real GetValue() const { return v; } Real v; };
+struct CRadians { Real GetValue() const { return v; } Real v; };
+inline CDegrees ToDegrees(CRadians r) { return CDegrees(57.29577951308232 * r.v); }
+inline CRadians ToRadians(CDegrees d) { return CRadians{d.v / 57.29577951308232}; }
+struct CByteArray { UInt8 operator[](size_t k) const { return b[k]; } std::vector<UInt8> b; };
+struct CCI_DifferentialSteeringActuator { void SetLinearVelocity(Real, Real) {} };
+struct CCI_DifferentialSteeringSensor {
+    struct SReading { Real CoveredDistanceLeftWheel, CoveredDistanceRightWheel; };
+    const SReading &GetReading() const { return r; } SReading r; };
+struct CCI_GroundSensor { const std::vector<Real> &GetReadings() const { return r; }
+    std::vector<Real> r; };
+struct CCI_ProximitySensor : CCI_GroundSensor {};
+struct CCI_RangeAndBearingActuator { void SetData(size_t, UInt8) {} };
+struct CCI_RangeAndBearingSensor {
+    struct SPacket { Real Range; CRadians HorizontalBearing, VerticalBearing; CByteArray Data; };
+    const std::vector<SPacket> &GetReadings() const { return r; } std::vector<SPacket> r; };
+struct CCI_Controller {
+    virtual ~CCI_Controller() {} virtual void Init(TConfigurationNode &) {} virtual void Reset() {}
+    virtual void ControlStep() {} const std::string &GetId() const { return id; } std::string id;
+    template <class T> T *GetActuator(const std::string &) { return nullptr; }
+    template <class T> T *GetSensor(const std::string &) { return nullptr; } };
+}
+"""
+"""What the controller calls of ARGoS, by the declarations of its control interface."""
+
+
+@needs("g++")
+def test_the_controller_for_argos_compiles_as_cplusplus(tmp_path):
+    exported("learned-both", "x86-64", tmp_path)
+    robot = ExportedRobot(find_layered_controller("learned-both"), find_scenario("es1"))
+    write_argos(robot, tmp_path)
+    source = (tmp_path / "argos_controller.cpp").read_text()
+    for header in re.findall(r"<(argos3/\S+)>", source):
+        (tmp_path / header).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / header).write_text(ARGOS)
+    flags = "-std=c++17", "-Wall", "-Werror", "-I.", "-fPIC", "-shared"
+    run("g++", *flags, "argos_controller.cpp", "controller.o", "-o", "controller.so", cwd=tmp_path)
+
+
+def test_an_experiment_of_argos_has_the_arena_of_the_scenario(tmp_path):
+    scenario = find_scenario("mg1-hexagon")
+    robot = ExportedRobot(find_layered_controller("ssgikf"), scenario)
+    write_argos(robot, tmp_path, seed=3)
+    root = ElementTree.parse(tmp_path / "experiment.argos").getroot()
+    robots = root.findall("arena/e-puck/body")
+    poses = robot.loop(3).world.robots["pose"][0]
+    written = [[float(x) for x in each.get("position").split(",")[:2]] for each in robots]
+    assert np.allclose(written, poses[:, :2], atol=1e-5)
+    assert len(root.findall("arena/box")) == 4 + len(scenario.arena.corners) + len(
+        scenario.obstacles
+    )
+    assert root.find("framework/experiment").get("ticks_per_second") == "10"
+    light = floor(scenario)
+    per_metre = light.shape[1] / (scenario.arena.length + 1.0)
+    for area, brightness in zip(scenario.places, (0, 128), strict=False):
+        column = round(light.shape[1] / 2 + per_metre * area.centre[0])
+        row = round(light.shape[0] / 2 - per_metre * area.centre[1])
+        assert light[row, column] == brightness
 
 
 def test_a_swarm_that_a_chip_has_no_room_for_is_refused(tmp_path):

@@ -11,6 +11,12 @@
 #include <stdint.h>
 #include <string.h>
 
+#ifdef __cplusplus
+#define _Alignas alignas
+#define _Static_assert static_assert
+extern "C" {
+#endif
+
 #include "controller_data.h" /* sizes and places in memory, and the numbers of the layers */
 
 #define CONTROLLER_ROBOTS $n_robots  /* in the swarm; a robot's number is less */
@@ -110,4 +116,7 @@ static inline int controller_tick(controller_t *self, const controller_readings_
     return 0;
 }
 
+#ifdef __cplusplus
+}
+#endif
 #endif
