@@ -11,8 +11,11 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.equations.elementary import cos, cos_sin, sin
-from swarm_forage_env.equations.geometry import range_and_bearing
+from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.record import Numbers
+
+DISTANCE_RANGE, P_RANGE = 8.192, 131.072
+"""What the largest distance and p are just below that words of whole numbers hold [m]."""
 
 
 @kernel
@@ -250,9 +253,35 @@ def write_estimate(belief: Belief, area: int, message: Message) -> None:
 
 
 @kernel
+def in_steps(value: float, step: float, n_steps: float) -> float:
+    """The nearest whole multiple of a step that a word holds: at most n - 1 of them.
+
+    >>> in_steps(0.34, 0.25, 256.0)
+    0.25
+    >>> in_steps(99.0, 0.25, 256.0)
+    63.75
+    """
+    return min(math.floor(value / step + 0.5), n_steps - 1.0) * step
+
+
+@kernel
+def round_estimate(message: Message, area: int, n_steps: float) -> None:
+    """Round what is told of an area to words of as many values as there are steps.
+
+    Distance and p in steps of DISTANCE_RANGE / n and P_RANGE / n, direction of 2 pi / n.
+    """
+    message.distance[area] = in_steps(message.distance[area], DISTANCE_RANGE / n_steps, n_steps)
+    message.p[area] = in_steps(message.p[area], P_RANGE / n_steps, n_steps)
+    step = 2.0 * math.pi / n_steps
+    message.direction[area] = wrap(math.floor(message.direction[area] / step + 0.5) * step)
+
+
+@kernel
 def compose(mind: SocialMind, numbers: Numbers) -> None:
     """Write the message: distance, direction and p of every area that the robot tells of."""
     for area in range(2):
         mind.message.told[area] = tells_of(mind.belief, area, numbers)
         if mind.message.told[area]:
             write_estimate(mind.belief, area, mind.message)
+            if numbers.n_steps > 0.0:
+                round_estimate(mind.message, area, numbers.n_steps)

@@ -98,6 +98,11 @@ class CovarianceFilterParameters(SocialOdometryParameters):
                     f"{name}: is a path, and this estimator tells covariances; use it with"
                     " social_odometry, as in ssgiff"
                 )
+        if self.payload != "float32":
+            raise ValueError(
+                f"payload={self.payload}: rounds paths, and this estimator tells covariances; use"
+                " it with social_odometry, as in ssgiff"
+            )
         return self
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:

@@ -21,7 +21,7 @@ Not in the paper, and chosen here:
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -144,6 +144,9 @@ def update_belief(mind: SocialMind, shared: Array, readings: Readings, numbers: 
     choose_goal(mind.belief)
 
 
+N_STEPS = {"float32": 0.0, "int16": 2.0**16, "int8": 2.0**8}
+"""Values of a word of each payload; 0: as many as a float has."""
+
 KERNELS: Mapping[str, Kernel] = {
     "is_listening": is_listening,
     "compose": compose,
@@ -195,6 +198,11 @@ class SocialOdometryParameters(Parameters):
         description="It stops for what is told of an area that it knows only while its own p of it"
         " is at least this [m]; 0: always, as in TR 5.2 (published)",
     )
+    payload: Literal["float32", "int16", "int8"] = Field(
+        "float32",
+        description="Distance, direction and p are told in words of so many bits, rounded, as a"
+        " board sends them. Not in the papers (chosen)",
+    )
     refractory: NotNegative = Field(
         20.0, description="A partner is not talked to again for this long [s] (derived)"
     )
@@ -226,6 +234,7 @@ class SocialOdometryParameters(Parameters):
             "refractory_ticks": round(self.refractory / tick),
             "pause_ticks": round(self.pause / tick),
             "deaf_ticks": round(self.deaf_when_lost / tick),
+            "n_steps": N_STEPS[self.payload],
             "axle": scenario.robot.axle,
             "to_centre": scenario.sensors.ground_ahead + scenario.task.area_radius,
         }

@@ -2,19 +2,25 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from baselines.estimators import reputation_odometry
 from baselines.estimators.base import ESTIMATORS
+from baselines.estimators.belief import Message
 from baselines.estimators.dead_reckoning import DeadReckoning
 from baselines.estimators.localisation import Localisation
+from baselines.estimators.message_exchange import round_estimate
 from baselines.estimators.path_covariance import error_constant
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.estimators.sceptical_odometry import ScepticalOdometryParameters
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import override
+from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -49,13 +55,13 @@ def test_social_odometry_reads_its_times_in_ticks_and_its_lengths_from_the_scena
     made = SocialOdometryParameters(
         refractory=21.0, pause=14.0, deaf_when_lost=6.0, tells_within=2.5, listens_above=0.5,
         message_path=0.1, lost_within=0.07, overshoot=0.3, double=True, speaks=False,
-        first_hand=False,
+        first_hand=False, payload="int8",
     )  # fmt: skip
     assert made.numbers(scenario) == pytest.approx({
         "speaks": 0.0, "double": 1.0, "first_hand": 0.0, "message_path": 0.1, "tells_within": 2.5,
         "listens_above": 0.5, "lost_within": 0.07, "overshoot": 0.3, "talk_ticks": 4,
         "refractory_ticks": 42, "pause_ticks": 28, "deaf_ticks": 12, "axle": 0.06,
-        "to_centre": 0.23,
+        "to_centre": 0.23, "n_steps": 256.0,
     })  # fmt: skip
 
 
@@ -85,6 +91,38 @@ def test_a_covariance_filter_has_the_error_constant_of_its_encoders():
     assert numbers | SocialOdometryParameters().numbers(scenario) == numbers
     silent = DeadReckoning().layer(scenario).numbers
     assert silent == numbers | {"speaks": False}
+
+
+def test_a_covariance_is_not_told_in_rounded_words():
+    with pytest.raises(ConfigError, match="payload=int8: rounds paths"):
+        override(SIKFParameters(), {"payload": "int8"})
+
+
+@pytest.mark.parametrize("n", [2.0**16, 2.0**8])
+def test_what_is_told_is_a_whole_multiple_of_the_steps_of_its_words(n):
+    message = Message.array((1,))[0]
+    told = {"distance": (0.777, 99.0), "p": (12.3456, 1e6), "direction": (-3.1415, 1.234)}
+    for name, values in told.items():
+        message[name] = values
+    for area in range(2):
+        round_estimate(message, area, n)
+    steps = {"distance": 8.192 / n, "p": 131.072 / n, "direction": 2.0 * math.pi / n}
+    for name, step in steps.items():
+        words = message[name].astype(np.float64) / step
+        assert np.allclose(words, np.rint(words), atol=0.01)
+        off = abs(float(message[name][0]) - told[name][0])
+        assert min(off, abs(off - 2.0 * math.pi)) <= 0.5 * step + 1e-6
+    assert message["distance"][1] == np.float32((n - 1.0) * 8.192 / n)
+    assert message["p"][1] == np.float32((n - 1.0) * 131.072 / n)
+
+
+def test_robots_tell_words_where_the_payload_says_so():
+    loop = Loop(find_scenario("es1"), find_controller("ssgikf:payload=int8"), [0], "kinematic")
+    loop.run(1500)
+    message = estimators_of(loop.controller.minds)["message"][0]
+    words = message["p"][message["told"] != 0] / (131.072 / 256)
+    assert words.max() > 1.0
+    assert np.allclose(words, np.rint(words), atol=1e-3)
 
 
 @pytest.mark.parametrize("name", ["message_path", "tells_within", "listens_above"])
