@@ -8,6 +8,7 @@ from threading import Thread
 import pytest
 
 from tests.chromium import launched_browser  # noqa: F401 the fixture browser
+from tests.rendering.replay.test_browser import LOADED, until
 
 pytestmark = pytest.mark.site
 
@@ -76,11 +77,11 @@ def test_the_site_can_be_searched(opened, address):
     tab.wait_for_selector(".md-search-result__item")
 
 
-def test_the_replay_on_the_front_page_runs(opened, address):
+def test_the_page_on_the_front_page_runs_a_world(opened, address):
     tab = opened(viewport={"width": 1280, "height": 900})
     tab.goto(address)
-    replay = next(frame for frame in tab.frames if "replays/es1" in frame.url)
-    replay.wait_for_function("view.episode !== null")
-    before = replay.text_content("#clock")
-    replay.click("#play")
-    replay.wait_for_function("before => clock.textContent !== before", arg=before)
+    page = next(frame for frame in tab.frames if "replays/play" in frame.url)
+    until(page, LOADED)
+    before = page.text_content("#clock")
+    page.click("#play")
+    until(page, f"element('clock').textContent !== {before!r}")
