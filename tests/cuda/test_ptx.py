@@ -57,6 +57,7 @@ ON_CPU = {
     "repeat falsify": "in the place of what an estimator has not",
     "write_log": "the loop over worlds of the log",
     "add_errors": "the meter of an evaluation",
+    "draw_robots draw_column doing_of believed_place": "what is drawn of a world",
     "no_gain": "the weighting of robots that have none",
     "reflex": "the default of a motion that has none",
 }
