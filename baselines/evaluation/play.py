@@ -95,8 +95,7 @@ def sliders_of(configurations: Sequence[ExperimentConfig]) -> list[Slider]:
 
 def _number(configuration: ExperimentConfig, name: str) -> float | None:
     """The number of that name; None where there is none."""
-    known = leaves(configuration.scenario.model_dump())
-    known |= getattr(configuration.controller, "parameters", {})
+    known = leaves(configuration.scenario.model_dump()) | configuration.controller.parameters
     value = known.get(name)
     return float(f"{value:.3g}") if isinstance(value, float) else None
 

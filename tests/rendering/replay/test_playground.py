@@ -106,3 +106,12 @@ def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_p
     with pytest.raises(ConfigError, match=refusal):
         write_playground(options, tmp_path / "x.html")
     assert not (tmp_path / "x.html").exists()
+
+
+def test_a_policy_that_python_calls_runs_in_no_page(tmp_path, monkeypatch):
+    code = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np.float32)\n"
+    (tmp_path / "my_policy.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    options = EvaluateOptions("es1", ["callable:my_policy:ahead"], 2, 0, [], "kinematic")
+    with pytest.raises(ConfigError, match=r"controller 'callable.*': Python calls a layer of it"):
+        write_playground(options, tmp_path / "x.html")
