@@ -25,9 +25,10 @@ from torch import Tensor, nn
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.array_env import ArrayEnv
+from training.actor_critic import ActorCritic
 from training.graph import Edges, Graphs
 from training.policy_controller import policy_controller
-from training.ppo_learner import ActorCritic, PPOHyperparameters, PPOLearner
+from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 
 HELD_OUT = range(1000, 1010)

@@ -32,6 +32,7 @@ LAYERS: dict[str, tuple[LayerName, ...]] = {
     "weighting": ("weighting",),
     "motion": ("motion",),
     "both": ("weighting", "motion"),
+    "everything": (),
 }
 """Choices of what is trained, with the layers of the controller that each replaces."""
 
@@ -81,12 +82,14 @@ class Experiment:
             raise UnknownNameError("layer", self.layer, LAYERS)
         if self.algorithm not in ALGORITHMS:
             raise UnknownNameError("algorithm", self.algorithm, ALGORITHMS)
-        if self.algorithm == "cma" and len(self.layers) > 1:
-            raise ConfigError("--algorithm=cma: trains one layer at a time, not both; use ppo")
+        if self.algorithm == "cma" and len(self.layers) != 1:
+            raise ConfigError(
+                f"--algorithm=cma: trains one layer at a time, not {self.layer}; use ppo"
+            )
         if self.algorithm == "imitation" and self.layer != "weighting":
             raise ConfigError(
                 f"--algorithm=imitation: trains the weighting only, not {self.layer}; what would"
-                " have been right is known of an exchange, not of a motion; use cma or ppo"
+                " have been right is known of an exchange, not of a motion; use ppo"
             )
         self._check_numbers()
         self._check_worlds()

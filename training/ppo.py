@@ -16,16 +16,18 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from baselines.controller import LayeredController
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.envs.array_env import array_env
 from swarm_forage_env.envs.make import checked_parts
+from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.network_policy import NetworkPolicy, save_network
 from training.policy_card import card_of
 from training.policy_controller import PolicyController, named_policy
 from training.policy_file import Interval, Weights, arrays_under
-from training.ppo_learner import ActorCritic, PPOHyperparameters, PPOLearner
+from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.training_loop import ProgressLogger, Training, run
 
@@ -38,6 +40,7 @@ class Preset:
     """Keywords of the environment that are not its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
+    network: type[ActorCritic] = ActorCritic
 
 
 PRESETS: Mapping[str, Preset] = {
@@ -46,6 +49,12 @@ PRESETS: Mapping[str, Preset] = {
     ),
     "motion": Preset(),
     "both": Preset(),
+    "everything": Preset(
+        {"decision_period": 10, "shaping": 1.0, "discount": 0.99},
+        PPOHyperparameters(n_steps=64, n_minibatches=8, n_epochs=3, learning_rate=1e-3),
+        log_std=-0.5,
+        network=RecurrentActorCritic,
+    ),
 }
 """For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
 (decision 0033), by 30 to 80 million for the weighting (0034)."""
@@ -75,7 +84,7 @@ class PPOTraining(Training):
         env = make_env(experiment)
         preset, n_observed = PRESETS[experiment.layer], len(env.observation_layout)
         n_actions = len(env.blocks[0].action_layout)
-        policy = ActorCritic(n_observed, n_actions, log_std=preset.log_std)
+        policy = preset.network(n_observed, n_actions, log_std=preset.log_std)
         self._learner = PPOLearner(env, policy, preset.hyperparameters)
         self._best = self._weights
         self._open()
@@ -112,7 +121,7 @@ class PPOTraining(Training):
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
         experiment = self._experiment
         scenario = next(iter(experiment.scenarios_by_name.values()))
-        parts = checked_parts(scenario, experiment.base_controller, keywords(experiment))
+        parts = checked_parts(scenario, controller_beside(experiment), keywords(experiment))
         card = card_of(parts).model_copy(update={"training": self._record(score)})
         save_network(file, weights, card)
 
@@ -147,6 +156,11 @@ def keywords(experiment: Experiment) -> dict[str, object]:
     return {**terms, **PRESETS[experiment.layer].keywords}
 
 
+def controller_beside(experiment: Experiment) -> LayeredController | None:
+    """The controller of the layers that are not trained; None where there are none."""
+    return None if experiment.layer == "everything" else experiment.base_controller
+
+
 def make_env(experiment: Experiment) -> TensorVecEnv:
     """Make the robots of all scenarios of an experiment, on its device."""
     return TensorVecEnv(
@@ -155,7 +169,7 @@ def make_env(experiment: Experiment) -> TensorVecEnv:
                 experiment.scenarios_by_name[name],
                 device=experiment.device,
                 n_worlds=n_worlds,
-                controller=experiment.base_controller,
+                controller=controller_beside(experiment),
                 **keywords(experiment),
             )
             for name, n_worlds in worlds_per_scenario(experiment).items()

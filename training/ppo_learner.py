@@ -6,18 +6,18 @@ name; `tests/training/test_ppo_learner.py` compares the two.
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 from gymnasium.spaces import Box
-from torch import Tensor, nn
+from torch import Tensor
 
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
+from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.tensor_vec_env import TensorVecEnv
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ CLIP_RANGE = 0.2
 class Rollout:
     """Transitions of a rollout, decisions by rows."""
 
+    states: Tensor
+    """Of the rows before the first decision: rows by numbers, none for a policy without memory."""
     observations: Tensor
     actions: Tensor
     log_probs: Tensor
@@ -99,8 +101,6 @@ than its number of minibatches of them."""
 MIN_STEPS = 16
 """Decisions of each row in a rollout, at least."""
 
-HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
-
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")
 """Entries of Adam's state for each parameter."""
 
@@ -123,66 +123,6 @@ class PPOHyperparameters:
     """Rows of a decision that share a minibatch: the robots of a world, for a network over them."""
 
 
-class ActorCritic(nn.Module):
-    """Two networks of dense layers: a Gaussian over actions, and the value of an observation."""
-
-    def __init__(
-        self,
-        n_observed: int,
-        n_actions: int,
-        hidden: Sequence[int] = (64, 64),
-        log_std: float = 0.0,
-    ) -> None:
-        """Initialise matrices orthogonally, the last ones with their own gain, as SB3."""
-        super().__init__()
-        self.actor = _dense([n_observed, *hidden, n_actions], gain=0.01)
-        self.critic = _dense([n_observed, *hidden, 1], gain=1.0)
-        self.log_std = nn.Parameter(torch.full((n_actions,), log_std))
-
-    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Draw actions; return them, the values and the log probability of each row."""
-        mean, deviation = self.actor(observed), self.log_std.exp()
-        actions = mean + deviation * torch.randn_like(mean)
-        return actions, self.critic(observed), _log_probs(actions, mean, self.log_std)
-
-    def evaluate_actions(self, observed: Tensor, actions: Tensor) -> tuple[Tensor, Tensor, None]:
-        """Return the values and the log probabilities of actions; the entropy is left out."""
-        log_probs = _log_probs(actions, self.actor(observed), self.log_std)
-        return self.critic(observed), log_probs, None
-
-    def predict_values(self, observed: Tensor) -> Tensor:
-        """Return the value of each row."""
-        return cast(Tensor, self.critic(observed))
-
-    def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
-        """Copy the actor to NumPy arrays, as a policy file holds it."""
-        dense = [each for each in self.actor if isinstance(each, nn.Linear)]
-        arrays = {
-            f"{k}.{name}": each
-            for k, layer in enumerate(dense)
-            for name, each in layer.named_parameters()
-        }
-        arrays["log_std"] = self.log_std
-        return {name: each.detach().cpu().numpy().copy() for name, each in arrays.items()}
-
-
-def _log_probs(actions: Tensor, mean: Tensor, log_std: Tensor) -> Tensor:
-    """The log probability of each row of actions under a Gaussian."""
-    z = (actions - mean) * torch.exp(-log_std)
-    return -(0.5 * z**2 + log_std + HALF_LOG_2_PI).sum(1)
-
-
-def _dense(sizes: Sequence[int], gain: float) -> nn.Sequential:
-    """Dense layers with a hyperbolic tangent between them."""
-    layers: list[nn.Module] = []
-    for k in range(1, len(sizes)):
-        layer = nn.Linear(sizes[k - 1], sizes[k])
-        nn.init.orthogonal_(layer.weight, gain if k == len(sizes) - 1 else 2.0**0.5)
-        nn.init.zeros_(layer.bias)
-        layers += [layer, nn.Tanh()]
-    return nn.Sequential(*layers[:-1])
-
-
 def _n_acting(acts: Tensor) -> int:
     """How many actions count; ConfigError where they are too few to compare their advantages."""
     n = int(acts.sum())
@@ -194,15 +134,15 @@ def _n_acting(acts: Tensor) -> int:
     return n
 
 
-def _groups_that_act(acts: Tensor, n_rows: int) -> Tensor:
-    """Whether the actions of each n rows count; ConfigError where those of a part of them do."""
-    groups = acts.view(-1, n_rows)
-    if (groups.any(1) != groups.all(1)).any():
+def _groups_that_act(acts: Tensor, groups: Tensor, why: str) -> Tensor:
+    """Which groups act; ConfigError where actions of a part of one count."""
+    counts = acts.flatten()[groups]
+    if (counts.any(1) != counts.all(1)).any():
         raise ConfigError(
-            f"rows_together={n_rows}: actions of some of these rows count and of others do not;"
-            " leave step_on='exchange' out"
+            f"{why}: actions of some of these rows count and of others do not; leave"
+            " step_on='exchange' out"
         )
-    return groups.all(1)
+    return counts.all(1)
 
 
 def _minibatches(groups: Tensor, acts: Tensor, n: int) -> Iterator[tuple[Tensor, ...]]:
@@ -235,6 +175,11 @@ class PPOLearner:
                 f"rows_together={together}: must divide the {env.n_rows} rows"
                 " of the environment; take the number of robots of a world"
             )
+        if isinstance(policy, RecurrentActorCritic) and together > 1:
+            raise ConfigError(
+                f"rows_together={together}: a network with memory takes whole rows, one by one;"
+                " leave it out"
+            )
         low, high = env.action_space.low, env.action_space.high
         self.env, self._hyperparameters = env, hyperparameters
         self.policy = policy.to(env.device)
@@ -244,7 +189,16 @@ class PPOLearner:
         """Scalars of the last update."""
         self._low, self._high = (torch.from_numpy(each).to(env.device) for each in (low, high))
         self._observations: Tensor | None = None
+        self._states = torch.zeros((env.n_rows, self._n_state), device=env.device)
         self._before = 0
+
+    @property
+    def _why_together(self) -> str:
+        return "memory" if self._n_state else f"rows_together={self._hyperparameters.rows_together}"
+
+    @property
+    def _n_state(self) -> int:
+        return self.policy.n_state if isinstance(self.policy, RecurrentActorCritic) else 0
 
     @property
     def robot_steps(self) -> int:
@@ -265,6 +219,7 @@ class PPOLearner:
             torch.manual_seed(seed or 0)
             self.env.seed(seed or 0)
             self._observations = self.env.reset()
+            self._states.zero_()
         goal = self.robot_steps + robot_steps
         while self.robot_steps < goal:
             rollout, self._observations = self._roll_out(self._observations)
@@ -306,23 +261,35 @@ class PPOLearner:
         rollout = self._empty_rollout(observations)
         policy.train(False)
         for k in range(n):
-            actions, values, log_probs = policy(observations)
+            seen = self._seen(observations)
+            actions, values, log_probs = policy(seen)
             rollout.acts[k] = env.acts
             step = env.step(torch.clamp(actions, self._low, self._high))
             rollout.observations[k], rollout.actions[k] = observations, actions
             rollout.log_probs[k], rollout.values[k] = log_probs, values.flatten()
             rollout.rewards[k] = step.rewards
+            if self._n_state:
+                self._states = seen
             if len(step.ended):
-                final = policy.predict_values(step.final_observations[step.ended]).flatten()
+                last = self._seen(step.final_observations)[step.ended]
+                final = policy.predict_values(last).flatten()
                 rollout.rewards[k, step.ended] += self._hyperparameters.discount * final
                 rollout.ends[k, step.ended] = 1.0
+                self._states[step.ended] = 0.0
             observations = step.observations
-        rollout.values[n] = policy.predict_values(observations).flatten()
+        rollout.values[n] = policy.predict_values(self._seen(observations)).flatten()
         return rollout, observations
+
+    def _seen(self, observations: Tensor) -> Tensor:
+        """What actor and critic see: observations, or of a memory the states after them."""
+        if isinstance(self.policy, RecurrentActorCritic):
+            return self.policy.next_states(observations, self._states)
+        return observations
 
     def _empty_rollout(self, observations: Tensor) -> Rollout:
         n, n_rows = shape = self.n_steps, self.env.n_rows
         return Rollout(
+            states=self._states.clone(),
             observations=observations.new_empty((*shape, observations.shape[1])),
             actions=observations.new_empty((*shape, len(self._low))),
             log_probs=observations.new_empty(shape),
@@ -336,10 +303,9 @@ class PPOLearner:
         terms, policy = self._hyperparameters, self.policy
         gains = advantages(rollout, terms.discount, terms.gae_lambda)
         returns = (gains + rollout.values[:-1]).flatten()
-        seen, actions = rollout.observations.flatten(0, 1), rollout.actions.flatten(0, 1)
         before, gains = rollout.log_probs.flatten(), gains.flatten()
-        acts = _groups_that_act(rollout.acts, terms.rows_together)
-        groups = torch.arange(len(gains), device=gains.device).view(len(acts), -1)
+        groups = self._groups(len(gains))
+        acts = _groups_that_act(rollout.acts, groups, self._why_together)
         n_minibatches = max(terms.n_minibatches, len(gains) // MIN_MINIBATCH)
         n_minibatches = min(n_minibatches, _n_acting(acts) // 2)
         policy.train(True)
@@ -347,10 +313,10 @@ class PPOLearner:
             shuffled = torch.randperm(len(groups), device=gains.device)
             for acting, others in _minibatches(groups[shuffled], acts[shuffled], n_minibatches):
                 rows = torch.cat((acting, others))
-                values, log_probs, _ = policy.evaluate_actions(seen[rows], actions[rows])
+                values, log_probs = self._evaluate(rollout, rows)
                 log_ratio = log_probs[: len(acting)] - before[acting]
                 actor_loss = clipped_loss(torch.exp(log_ratio), gains[acting])
-                critic_loss = torch.nn.functional.mse_loss(values.flatten(), returns[rows])
+                critic_loss = torch.nn.functional.mse_loss(values, returns[rows])
                 self._descend(actor_loss + VALUE_WEIGHT * critic_loss)
         self.diagnostics = {
             "train/policy_gradient_loss": actor_loss.item(),
@@ -359,6 +325,26 @@ class PPOLearner:
             "train/reward": rollout.rewards.mean().item(),
             **policy_change(log_ratio.detach()),
         }
+
+    def _groups(self, n: int) -> Tensor:
+        """Numbers of decisions that share a minibatch: of one time, or of a row with a memory."""
+        numbers = torch.arange(n, device=self.env.device)
+        if self._n_state:
+            return numbers.view(-1, self.env.n_rows).T
+        return numbers.view(-1, self._hyperparameters.rows_together)
+
+    def _evaluate(self, rollout: Rollout, numbers: Tensor) -> tuple[Tensor, Tensor]:
+        """Values and log probabilities of numbered decisions; with a memory of whole groups."""
+        observations, actions, policy = rollout.observations, rollout.actions, self.policy
+        if isinstance(policy, RecurrentActorCritic):
+            rows = numbers.view(-1, len(actions))[:, 0]
+            of_rows = observations[:, rows], actions[:, rows], rollout.states[rows]
+            both = policy.evaluate_sequences(*of_rows, rollout.ends[:, rows])
+            values, log_probs = (each.T.flatten() for each in both)
+            return values, log_probs
+        seen, acted = observations.flatten(0, 1)[numbers], actions.flatten(0, 1)[numbers]
+        values, log_probs, _ = policy.evaluate_actions(seen, acted)
+        return values.flatten(), log_probs
 
     def _descend(self, loss: Tensor) -> None:
         """Take a step of Adam along the clipped gradient of a loss."""

@@ -27,23 +27,28 @@ if TYPE_CHECKING:
     from training.policy_file import Interval
 
 
-BUDGET = {"cma": 100, "imitation": 10, "ppo": 6_000_000}
-EVERY = {"cma": 5, "imitation": 2, "ppo": 1_500_000}
-WORLDS = {"cma": 8, "imitation": 24, "ppo": 8}
+BUDGET = {"cma": 100, "imitation": 10, "ppo": 6_000_000, "ppo of everything": 200_000_000}
+EVERY = {"cma": 5, "imitation": 2, "ppo": 1_500_000, "ppo of everything": 20_000_000}
+WORLDS = {"cma": 8, "imitation": 24, "ppo": 8, "ppo of everything": 64}
 
 
 def _listed(numbers: dict[str, int]) -> str:
     return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
 
 
-DEFAULT_CONTROLLER = {"weighting": "dsgiff-frequent", "motion": "ssgiff"}
-"""Controller whose other layers are used, by default, with a policy of each layer; ppo has that of
+DEFAULT_CONTROLLER = {
+    ("cma", "weighting"): "dsgiff-frequent",
+    ("imitation", "weighting"): "dsgiff-frequent",
+    ("cma", "motion"): "ssgiff",
+}
+"""Controller whose other layers are used, with a policy of each layer; else that of
 `parallel_env`."""
 
 
 def train(  # noqa: PLR0913 the options of a command
     layer: Annotated[
-        Literal["weighting", "motion", "both"], Argument(help="Layer that the policy replaces.")
+        Literal["weighting", "motion", "both", "everything"],
+        Argument(help="Layer that the policy replaces; for everything it has a memory."),
     ],
     scenarios: Annotated[
         list[str],
@@ -128,19 +133,23 @@ def train(  # noqa: PLR0913 the options of a command
     from training.experiment import Experiment
 
     algorithm = algorithm or ("cma" if layer == "weighting" else "ppo")
+    if controller and layer == "everything":
+        raise ConfigError(f"--controller={controller}: runs the other layers; there are none")
+    own = f"{algorithm} of {layer}"
+    kind = own if own in BUDGET else algorithm
     experiment = Experiment(
         layer=layer,
         scenarios=tuple(scenarios),
         algorithm=algorithm,
         out=out or Path("runs") / f"train-{layer}-{algorithm}",
         seed=seed,
-        budget=BUDGET[algorithm] if budget is None else budget,
-        every=EVERY[algorithm] if every is None else every,
-        worlds=WORLDS[algorithm] if worlds is None else worlds,
+        budget=BUDGET[kind] if budget is None else budget,
+        every=EVERY[kind] if every is None else every,
+        worlds=WORLDS[kind] if worlds is None else worlds,
         held_back=held_back,
         population=population,
         settings=parse_settings(settings or []),
-        controller=controller or ("ssgikf" if algorithm == "ppo" else DEFAULT_CONTROLLER[layer]),
+        controller=controller or DEFAULT_CONTROLLER.get((algorithm, layer), "ssgikf"),
         physics=physics,
         workers=workers,
         device=device,

@@ -236,7 +236,8 @@ def test_ppo_in_tensors_learns_on_the_gpu():
     torch = pytest.importorskip("torch")
     if not torch.cuda.is_available():
         pytest.skip("torch is built for a CPU")
-    from training.ppo_learner import ActorCritic, PPOHyperparameters, PPOLearner
+    from training.actor_critic import ActorCritic
+    from training.ppo_learner import PPOHyperparameters, PPOLearner
     from training.tensor_vec_env import TensorVecEnv
 
     terms = {"physics": "kinematic", "max_cycles": 20, "stagger": True, "shaping": 1.0}

@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from numpy.testing import assert_array_equal
 
 from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from training.ladder import benchmark, cleanrl_trainer, figures
+from training.ladder import benchmark, cleanrl_trainer, figures, own_trainer
 from training.ladder.cards import score_references
-from training.ladder.play import Watch, play, random_actions
+from training.ladder.play import POINTS, Watch, play, random_actions
 from training.ladder.rungs import (
     RANDOM,
     Score,
@@ -210,6 +211,25 @@ def test_cleanrl_s_ppo_learns_with_a_rate_that_falls(rung, monkeypatch):
     assert rates == pytest.approx([3e-4, 1.5e-4])
     assert [point["robot_steps"] for point in watch.curve] == [240, 480]
     assert len(play(rung.test_keywords, watch.best, [1000], by_chance=True)) == 1
+
+
+def test_a_memory_is_kept_from_decision_to_decision_of_one_episode(rung):
+    own = read_algorithms()["ppo_gru"]
+    small = own.model_copy(update={"worlds": 2, "settings": {"n_steps": 4, "n_minibatches": 1}})
+    watch = Watch({**rung.test_keywords, "learn": "everything"}, 960, 1)
+    tiny = replace(rung, keywords={**rung.keywords, "learn": "everything"})
+    own_trainer.train(tiny, small, 0, watch)
+    assert len(watch.curve) == POINTS
+    seen = np.random.default_rng(0).random(
+        (2, 3, len(ArrayEnv(**watch.keywords).observation_layout))
+    )
+    first, later, mixed = (
+        watch.best(seen.astype(np.float32), np.array(begins), False)
+        for begins in ([True, True], [False, False], [True, False])
+    )
+    assert (first != later).any(axis=(1, 2)).all()
+    assert_array_equal(mixed[0], first[0])
+    assert (mixed[1] != later[1]).any()
 
 
 def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys):

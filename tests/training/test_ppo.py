@@ -12,8 +12,9 @@ from safetensors.numpy import load_file, save_file
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
 from training import ppo
+from training.actor_critic import ActorCritic
 from training.checkpoint import BEST_POLICY
-from training.ppo_learner import ActorCritic, PPOHyperparameters
+from training.ppo_learner import PPOHyperparameters
 from training.training_loop import ProgressLogger
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "20"}
@@ -125,7 +126,13 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("layer", "keywords"), [("weighting", {"step_on": "exchange"}), ("both", {}), ("motion", {})]
+    ("layer", "keywords"),
+    [
+        ("weighting", {"step_on": "exchange"}),
+        ("both", {}),
+        ("motion", {}),
+        ("everything", {"shaping": 1.0, "decision_period": 10}),
+    ],
 )
 def test_every_layer_is_trained_under_the_defaults_of_the_environment(motion, layer, keywords):
     experiment = motion(layer=layer, settings=BUSY | {"task.duration": "60"}, every=4000)
@@ -143,9 +150,9 @@ def test_every_layer_is_trained_under_the_defaults_of_the_environment(motion, la
 
 
 @pytest.fixture
-def network(motion):
+def network(motion, layer):
     """The file of a policy whose weights are of some size."""
-    experiment = motion(budget=1, every=1, scenarios=("es1",))
+    experiment = motion(budget=1, every=1, scenarios=("es1",), layer=layer)
     training = ppo.PPOTraining(experiment)
     torch.manual_seed(1)
     with torch.no_grad():
@@ -153,6 +160,12 @@ def network(motion):
             each.copy_(torch.randn(each.shape) / each.shape[-1] ** 0.5)
     training.evaluate()
     return experiment.out / ppo.LATEST, training._learner.policy
+
+
+@pytest.fixture
+def layer():
+    """What is trained."""
+    return "motion"
 
 
 def test_what_runs_without_torch_is_what_was_trained(network):
@@ -168,6 +181,30 @@ def test_what_runs_without_torch_is_what_was_trained(network):
     draws = np.full((30, 2), 2.0)
     deviation = policy.log_std.detach().exp().numpy()
     np.testing.assert_allclose(chance(observed, draws), wanted + 2.0 * deviation, atol=1e-5)
+
+
+@pytest.mark.parametrize("layer", ["everything"])
+def test_a_memory_runs_without_torch_as_it_was_trained(network):
+    file, policy = network
+    controller = ppo.controller_of(file)
+    form = controller.form(find_scenario("es1"))
+    observed = torch.rand(5, 30, len(form.layout)) * 2.0 - 1.0
+    own, chance = controller.policy.start(form), controller.policy.start_by_chance(form)
+    n_state, n_actions = policy.n_state, len(form.action.layout)
+    assert own.n_state == chance.n_state == n_state
+    states, wanted = np.zeros((30, n_state), np.float32), torch.zeros(30, n_state)
+    deviation = policy.log_std.detach().exp().numpy()
+    for seen in observed:
+        few, few_after = own.function(seen.numpy()[:7], states[:7])
+        noisy, after = chance.function(seen.numpy(), np.full((30, n_actions), 2.0), states)
+        actions, states = own.function(seen.numpy(), states)
+        with torch.no_grad():
+            wanted = policy.next_states(seen, wanted)
+            np.testing.assert_allclose(actions, policy.actor(wanted).numpy(), atol=1e-5)
+        np.testing.assert_allclose(states, wanted.numpy(), atol=1e-5)
+        np.testing.assert_allclose(noisy, actions + 2.0 * deviation, atol=1e-5)
+        for part, whole in ((few, actions[:7]), (few_after, states[:7]), (after, states)):
+            assert_array_equal(part, whole)
 
 
 @pytest.mark.parametrize(

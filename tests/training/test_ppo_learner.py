@@ -14,6 +14,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.spaces import Feature
 from training import ppo_learner, tensor_vec_env
+from training.actor_critic import RecurrentActorCritic
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.vec_env import SwarmVecEnv
@@ -66,7 +67,7 @@ def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatc
 def test_a_reward_is_credited_to_the_last_action_that_counted():
     column = torch.tensor
     rollout = ppo_learner.Rollout(
-        observations=torch.empty(3, 1, 0), actions=torch.empty(3, 1, 0),
+        states=torch.empty(1, 0), observations=torch.empty(3, 1, 0), actions=torch.empty(3, 1, 0),
         log_probs=torch.empty(3, 1), values=column([[10.0], [99.0], [30.0], [40.0]]),
         rewards=column([[1.0], [2.0], [3.0]]), ends=torch.zeros(3, 1),
         acts=column([[True], [False], [True]]),
@@ -170,6 +171,42 @@ def test_rows_that_cannot_go_together_are_refused():
     own = replace(TERMS, rows_together=4)
     learner = learner_of(own, max_cycles=600, shaping=0.0, **exchanges)
     with pytest.raises(ConfigError, match="rows_together=4: actions of some of these rows count"):
+        learner.learn(1, seed=0)
+
+
+def remembering(terms=TERMS, **changes):
+    """A learner whose policy has a memory."""
+    env = ArrayEnv("es1", **WORLDS | changes)
+    sizes = len(env.observation_layout), env.action_space.shape[0]
+    return learner_of(terms, RecurrentActorCritic(*sizes, hidden=(8, 8)), **changes)
+
+
+def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began():
+    learner = remembering(learn="everything")
+    learner.env.seed(0)
+    first, observations = learner._roll_out(learner.env.reset())
+    second, _ = learner._roll_out(observations)
+    assert not first.states.any()
+    assert 0 < second.states.any(1).sum() < 8  # an episode ends as the rollout does
+    policy = learner.policy
+    for rollout in (first, second):
+        values, log_probs = learner._evaluate(rollout, learner._groups(96).flatten())
+        assert_allclose(values.view(8, 12).T.detach(), rollout.values[:-1], atol=1e-5)
+        assert_allclose(log_probs.view(8, 12).T.detach(), rollout.log_probs, atol=1e-4)
+        time, row = rollout.ends[:-1].nonzero(as_tuple=True)
+        assert len(set(time.tolist())) > 1
+        fresh = policy.next_states(rollout.observations[time + 1, row], torch.zeros(len(row), 8))
+        assert_allclose(
+            rollout.values[time + 1, row], policy.critic(fresh)[:, 0].detach(), atol=1e-5
+        )
+
+
+def test_rows_that_a_memory_cannot_take_are_refused():
+    with pytest.raises(ConfigError, match="rows_together=4: a network with memory"):
+        remembering(replace(TERMS, rows_together=4))
+    exchanges = {"learn": "weighting", "step_on": "exchange", "decision_period": None}
+    learner = remembering(max_cycles=600, shaping=0.0, **exchanges)
+    with pytest.raises(ConfigError, match="memory: actions of some of these rows count"):
         learner.learn(1, seed=0)
 
 

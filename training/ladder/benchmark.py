@@ -20,6 +20,7 @@ TRAINERS = {
     "sb3": "training.ladder.sb3_trainer",
     "cleanrl": "training.ladder.cleanrl_trainer",
     "benchmarl": "training.ladder.benchmarl_trainer",
+    "own": "training.ladder.own_trainer",
 }
 """The module that trains by each library: imported where it is used."""
 

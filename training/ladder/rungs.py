@@ -151,7 +151,7 @@ class Algorithm(Parameters):
 
     name: str = Field("", description="That of its file")
     title: str = Field("", description="Its name on figures and pages")
-    trainer: Literal["sb3", "cleanrl", "benchmarl"] = Field(
+    trainer: Literal["sb3", "cleanrl", "benchmarl", "own"] = Field(
         "sb3", description="The library that trains it"
     )
     algorithm: str = Field("", description="Its name in the library; none: PPO")
