@@ -18,6 +18,7 @@ from baselines.evaluation.commands import plot as plot_figure
 from baselines.evaluation.common_options import any_name
 from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
 from baselines.export.command import export
+from baselines.help_texts import name_values
 from baselines.papers.commands_reproduce import reproduce
 
 app = typer.Typer(
@@ -48,6 +49,7 @@ def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> 
     logger = logging.getLogger("swarm-forage")
     if not logger.handlers:
         logger.addHandler(_ToStderr())
+    name_values(commands)
     program = commands.info.name
     try:
         with old_names_told():

@@ -58,6 +58,7 @@ def test_every_command_explains_itself(command, name):
     assert (status, stderr) == (0, "")
     assert command(*name.split(), "-h")[:2] == (0, stdout)
     assert "Usage" in stdout
+    assert not {"<int", "<str>", "<bool>", "<Path>", "<list[str]>"} & set(stdout.split())
     assert max(map(len, stdout.splitlines())) <= 80
 
 
