@@ -19,6 +19,7 @@ from baselines.evaluation.common_options import any_name
 from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
 from baselines.export.command import export
 from baselines.help_texts import name_values
+from baselines.new.command import new
 from baselines.papers.commands_reproduce import reproduce
 
 app = typer.Typer(
@@ -155,3 +156,4 @@ app.command()(stoppable()(reproduce))
 app.command()(stoppable(keeps=False)(export))
 app.command()(stoppable(keeps=False)(watch))
 app.command()(stoppable(keeps=False)(play))
+app.command(epilog="Example: swarm-forage new weighting my_rule")(new)

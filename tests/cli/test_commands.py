@@ -44,6 +44,7 @@ COMMANDS = (
     "bench",
     "train",
     "dataset",
+    "new",
     "benchmark",
 )
 

@@ -1,0 +1,77 @@
+"""The command `new`: each package is tested as it stands, and found by name once installed."""
+
+import os
+import subprocess
+import sys
+from typing import get_args
+
+import pytest
+
+from baselines.new.command import Kind, package_files
+
+KINDS = get_args(Kind)
+
+
+def ran(*words, cwd, **more):
+    """What a command printed; it must succeed."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | more
+    done = subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_package_runs_as_it_stands(command, tmp_path, monkeypatch, kind):
+    monkeypatch.chdir(tmp_path)
+    status, stdout, stderr = command("new", kind, "own_part")
+    assert (status, stderr) == (0, "")
+    folder = tmp_path / "own_part"
+    assert stdout == (
+        f"wrote own_part: {', '.join(package_files(kind, 'own_part'))}\n"
+        "test it: cd own_part && python -m pytest\n"
+    )
+    checked = sys.executable, "-m", "ruff", "check", "--isolated", "--line-length=100"
+    ran(*checked, "--select=E,F,W,UP,N", ".", cwd=folder)
+    assert "passed" in ran(
+        sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_its_readme_s_command_works_once_it_is_installed(command, tmp_path, monkeypatch, kind):
+    monkeypatch.chdir(tmp_path)
+    command("new", kind, "own_part", "--out=here")
+    there = tmp_path / "installed"
+    install = "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps"
+    ran(sys.executable, *install, f"--target={there}", "./here", cwd=tmp_path)
+    readme = (tmp_path / "here" / "README.md").read_text()
+    (line,) = (
+        each for each in readme.splitlines() if "swarm-forage evaluate" in each or " -c " in each
+    )
+    line = line.replace("swarm-forage ", f"{sys.executable} -m training.cli ", 1)
+    line = line.replace("python -c", f"{sys.executable} -c").replace("--episodes 5", "--episodes 1")
+    path = os.pathsep.join(filter(None, [str(there), *sys.path]))
+    stdout = ran("sh", "-c", line, cwd=tmp_path, PYTHONPATH=path)
+    assert ("own_part" in stdout) or ("swarm_forage_v2" in stdout)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("My-Rule", "must be small letters"),
+        ("class", "must be small"),
+        ("numpy", "Python has a module"),
+    ],
+)
+def test_a_name_that_no_module_can_have_is_refused(command, tmp_path, monkeypatch, name, says):
+    monkeypatch.chdir(tmp_path)
+    status, stdout, stderr = command("new", "reward", name)
+    assert (status, stdout) == (2, "")
+    assert f"name '{name}': {says}" in stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_nothing_is_overwritten(command, tmp_path):
+    status, _, stderr = command("new", "reward", "own_part", f"--out={tmp_path}")
+    assert status == 2
+    assert "is there already" in stderr
