@@ -61,12 +61,13 @@ def _name_functions_anew() -> None:
 
 
 _name_functions_anew()
-os.register_at_fork(after_in_child=_name_functions_anew)
-os.register_at_fork(  # a fork amid a compilation of another thread's waits: its child would hang
-    before=global_compiler_lock.acquire,
-    after_in_parent=global_compiler_lock.release,
-    after_in_child=global_compiler_lock.release,
-)
+if sys.platform != "win32":  # which has no fork
+    os.register_at_fork(after_in_child=_name_functions_anew)
+    os.register_at_fork(  # a fork amid a compilation of another thread's waits, or its child hangs
+        before=global_compiler_lock.acquire,
+        after_in_parent=global_compiler_lock.release,
+        after_in_child=global_compiler_lock.release,
+    )
 
 
 def kernel(function: FunctionT) -> FunctionT:

@@ -3,6 +3,7 @@
 import hashlib
 import os
 import socket
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import zip_longest
@@ -131,6 +132,9 @@ def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
     return Interval(low=low, mean=estimate.value, high=high)
 
 
+FAR = 2**30
+"""The byte of the lock's file that is locked on Windows."""
+
 LOCK = "lock"  # file of the lock in the folder; it holds the process and the machine that have it
 
 FILES = r"(best|checkpoint|latest)\.(json|safetensors)"
@@ -161,14 +165,18 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def _lock(stream: IO[bytes], folder: Path) -> None:
-    """Lock a file, if the system and the file system have locks."""
+    """Lock a file, if the file system has locks."""
     try:
-        import fcntl
-    except ModuleNotFoundError:  # Windows
-        return
-    try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+        if sys.platform == "win32":
+            import msvcrt
+
+            stream.seek(FAR)  # what is locked cannot be read
+            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
         stream.seek(0)
         who = stream.read().decode(errors="replace")
         raise ConfigError(

@@ -6,6 +6,7 @@ Neither the backend nor the number of workers ever changes a result.
 
 import os
 import signal
+import sys
 import threading
 import time
 import warnings
@@ -32,9 +33,6 @@ IDLE = 86_400.0
 After joblib's 300 s it may end just as a job comes. joblib then warns in its own thread, and where
 warnings are errors (`python -W error`) that ends the thread, and the call waits for ever.
 """
-
-DEFERRED = signal.SIGINT, signal.SIGHUP
-"""What a terminal sends to a command and its workers alike."""
 
 SETTLE = 0.1
 """Time for joblib's thread to hand over the first calls, before a signal that was held back [s].
@@ -116,13 +114,15 @@ def defer_interrupts() -> Iterator[None]:
     A process inherits the blocked signals of the thread that starts it. The parent process handles
     them and ends its workers.
     """
-    if threading.current_thread() is not threading.main_thread():
+    is_main = threading.current_thread() is threading.main_thread()
+    if sys.platform == "win32" or not is_main:  # there signals cannot be blocked
         yield
         return
+    deferred = signal.SIGINT, signal.SIGHUP  # a terminal sends them to workers too
     start_trackers()  # here, as each unblocks SIGINT where it has to start its process
     came: list[int] = []  # those that another thread took, which does not block them
-    before = {n: signal.signal(n, lambda number, _: came.append(number)) for n in DEFERRED}
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, DEFERRED)
+    before = {n: signal.signal(n, lambda number, _: came.append(number)) for n in deferred}
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, deferred)
     try:
         yield
     finally:

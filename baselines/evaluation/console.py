@@ -133,7 +133,7 @@ def interrupts_raised() -> Iterator[None]:
     Where Python would drop the exception, as in a finaliser, it is raised soon after.
     """
     numbers = [signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:
+    if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:
         numbers.append(signal.SIGHUP)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         numbers.append(signal.SIGINT)
@@ -177,6 +177,9 @@ def _send_again(number: int) -> None:
 
     def send() -> None:
         time.sleep(PAUSE)
-        signal.pthread_kill(cast(int, threading.main_thread().ident), number)
+        if sys.platform == "win32":  # a signal is always the main thread's
+            signal.raise_signal(number)
+        else:
+            signal.pthread_kill(cast(int, threading.main_thread().ident), number)
 
     _thread.start_new_thread(send, ())

@@ -48,9 +48,9 @@ def test_there_are_workflows_that_run_on_a_push_and_on_a_pull_request():
 
 
 def test_every_command_is_a_target_of_the_makefile(jobs):
-    told = [command for job in jobs.values() for command in commands(job)]
+    told = [command for name, job in jobs.items() if name != "windows" for command in commands(job)]
     assert told
-    for command in told:
+    for command in told:  # Windows has no make
         program, target, *options = command.split()
         assert program == "make", command
         assert target in TARGETS, command

@@ -84,6 +84,8 @@ def peak_memory() -> float:
     if status.exists():
         _, _, rest = status.read_text().partition("VmHWM:")
         return int(rest.split()[0]) / 2**10
+    if sys.platform == "win32":
+        return float("nan")  # Windows has no getrusage
     import resource
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
