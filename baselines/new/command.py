@@ -76,7 +76,7 @@ def package_files(kind: Kind, name: str) -> dict[str, str]:
         "pyproject.toml": "pyproject.toml",
         "README.md": "README.md",
         f"{name}.py": f"{kind}.py",
-        f"test_{name}.py": f"test_{kind}.py",
+        f"test_{name}.py": f"{kind}_test.py",
     }
     folder = files("baselines.new") / "templates"
     return {
