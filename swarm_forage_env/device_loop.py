@@ -115,16 +115,10 @@ class DeviceLoop:
     ) -> None:
         """Start worlds anew, each from its seed, as `Loop.reset`; nothing is copied back.
 
-        Numbers of other scenarios are written by the CPU. It also starts worlds anew of which the
-        task says so. Where robots find no room, `check` raises it.
+        Numbers of other scenarios are written by the CPU. Where robots find no room, `check` raises
+        it.
         """
         which = checked_worlds(worlds, self.world.n_worlds)
-        now = [self.world.scenarios[w] for w in which] if scenarios is None else scenarios
-        different = {id(scenario): scenario for scenario in now}.values()
-        if not all(map(self.task.restarts, different)):
-            self.loop.reset(seeds, which, scenarios)
-            self.upload(which)
-            return
         if scenarios is not None:
             self.loop.renumber(scenarios, which)
             self.upload(which, NUMBERS)
@@ -231,7 +225,7 @@ WRITTEN = {
 CHANGED = "robots", "worlds", "minds", "memories", "faults"
 """Arrays of which a tick goes on: what it reads and what ticks before it have written."""
 
-NUMBERS = "worlds", "obstacles", "settings"
+NUMBERS = "worlds", "obstacles", "faults", "settings"
 """Arrays that hold the numbers of a scenario."""
 
 

@@ -144,9 +144,6 @@ class GpuTask:
     place: Kernel
     """The row template `place_world`: puts the robots of a new world at their starting places."""
 
-    restarts: Callable[[Any], bool]
-    """Whether a GPU resets worlds of a scenario; a CPU does it for others."""
-
     robot: type[Record]
     """What a robot is."""
 

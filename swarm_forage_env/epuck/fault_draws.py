@@ -5,113 +5,146 @@ and of the number alone.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float64, UInt64
-from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.epuck.faults import FaultKind, Liar, Worn
+from swarm_forage_env.arrays import Array, UInt64
+from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.epuck.fault_record import (
+    KINDS,
+    N_KINDS,
+    NOT_AGREED,
+    PLACE_AGREED,
+    TURN_AGREED,
+    Fault,
+    FaultNumbers,
+)
 from swarm_forage_env.epuck.scenario import EpuckScenario
-from swarm_forage_env.equations import random_draws
 from swarm_forage_env.equations.elementary import cos_sin
-from swarm_forage_env.random_streams import NoiseSource, hash_of, streams
+from swarm_forage_env.equations.random_draws import GOLDEN, first_word, unit_of
+from swarm_forage_env.random_streams import NoiseSource, hash_of
 
-draw_unit = entry_point(random_draws.unit)
+CAUSE = int(NoiseSource.FAULT)
+OF_KINDS = tuple(hash_of(name) for name in KINDS)
+OF_SIDE_OF_WEAR, OF_SIDE_OF_LIE = hash_of("worn.side"), hash_of("liar.side")
+OF_ALL_LIARS = hash_of("conspiracy")
+OF_SHIFTS = tuple(hash_of(f"liar.shift.{area}") for area in range(2))
+OF_PLACES = tuple(hash_of(f"liar.place.{area}") for area in range(2))
+"""What draws are named by: a number for each."""
 
-Places = Float64[Array, "robots areas 2"]
-
-
-def draw_faults(scenario: EpuckScenario, seeds: Sequence[int], out_faults: Array) -> None:
-    """Write the faults of the robots of worlds to their records, which are as at the start."""
-    if scenario.faults.is_any:
-        for seed, out_fault in zip(seeds, out_faults, strict=True):
-            _draw_faults(scenario, seed, out_fault)
-
-
-def _draw_faults(scenario: EpuckScenario, seed: int, out_fault: Array) -> None:
-    words = streams([seed], len(out_fault), NoiseSource.FAULT)
-    out_fault["stream"][:, 0] = words
-    for column, (name, kind) in enumerate(scenario.faults.kinds()):
-        out_fault["kinds"][:, column] = _whose(name, kind, words)
-        out_fault["starts"][:, column] = min(round(kind.at / scenario.tick), scenario.n_ticks + 1)
-    out_fault["talks_when_dead"] = scenario.faults.dead.talks
-    _wear(scenario.faults.worn, words, out_fault)
-    _make_lies(scenario, seed, words, out_fault)
+AGREED = {"no": NOT_AGREED, "turn": TURN_AGREED, "place": PLACE_AGREED}
 
 
-def uniform(words: UInt64[Array, " robots"], name: str) -> Float64[Array, " robots"]:
-    """A uniform number in [0, 1) for each robot, which is drawn for what is named so alone."""
-    own = words ^ hash_of(name)
-    return np.array([draw_unit(own, robot) for robot in range(len(own))])
+def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -> None:
+    """Write the numbers of a scenario's faults, as kernels read them."""
+    faults, areas = scenario.faults, scenario.areas
+    for column, (_, kind) in enumerate(faults.kinds()):
+        n_faulty = math.floor(kind.share * scenario.task.n_robots + 0.5)
+        out_numbers["n_faulty"][..., column] = n_faulty
+        start = min(round(kind.at / scenario.tick), scenario.n_ticks + 1)
+        out_numbers["starts"][..., column] = start
+    out_numbers["areas"] = 0.0
+    out_numbers["areas"][..., : len(areas), :] = areas
+    liar = faults.liar
+    numbers = {
+        "talks_when_dead": faults.dead.talks,
+        "bias": faults.worn.bias,
+        "noise_factor": faults.worn.noise_factor,
+        "agreed": AGREED[liar.conspire],
+        "arena": (scenario.arena.length, scenario.arena.width),
+        "false_place_distance": scenario.false_place_distance,
+        **liar.model_dump(include={"turn", "shift", "p", "own_p", "probability"}),
+    }
+    for name, value in numbers.items():
+        out_numbers[name] = value
 
 
-def _whose(name: str, kind: FaultKind, words: UInt64[Array, " robots"]) -> Bool[Array, " robots"]:
-    """The robots that have a kind of fault: those named, or those whose draws are lowest."""
-    found = np.zeros(len(words), np.bool_)
-    found[list(kind.robots)] = True
-    if kind.share > 0.0:
-        n_faulty = math.floor(kind.share * len(words) + 0.5)
-        found[np.argsort(uniform(words, name), kind="stable")[:n_faulty]] = True
-    return found
-
-
-def _wear(worn: Worn, words: UInt64[Array, " robots"], out_fault: Array) -> None:
-    """Write by how much each robot would misread its wheels if it is worn."""
-    side = np.where(uniform(words, "worn.side") < 0.5, -1.0, 1.0)
-    out_fault["path_misread"] = 1.0 + worn.bias * np.stack([side, -side], axis=1)
-    out_fault["noise_factor"] = worn.noise_factor
-
-
-def _make_lies(
-    scenario: EpuckScenario, seed: int, words: UInt64[Array, " robots"], out_fault: Array
-) -> None:
-    """Write what each robot would tell if it is a liar."""
-    liar, lie = scenario.faults.liar, out_fault["lie"]
-    common = streams([seed], 1, NoiseSource.FAULT) ^ hash_of("conspiracy")
-    conspires = liar.conspire != "no"
-    own = np.broadcast_to(common, words.shape) if conspires else words
-    side = np.where(uniform(own, "liar.side") < 0.5, -1.0, 1.0)
-    lie["turn"], lie["p"], lie["has_own_p"] = liar.turn * side, liar.p, liar.own_p
-    lie["is_place"] = liar.conspire == "place"
-    out_fault["lie_probability"] = liar.probability
-    if liar.conspire == "place":
-        out_fault["lie_in_arena"] = _false_places(scenario, common)
-    else:
-        out_fault["lie_in_arena"] = _shifts(liar, own)
-
-
-def _shifts(liar: Liar, words: UInt64[Array, " robots"]) -> Places:
-    """By how much each robot shifts each area, world frame [m]."""
-    shifts = np.empty((len(words), 2, 2))
-    for area in range(2):
-        angles = 2.0 * math.pi * uniform(words, f"liar.shift.{area}")
-        write_vectors(liar.shift, angles, shifts[:, area])
-    return shifts
+def name_faulty(scenario: EpuckScenario, out_faults: Array) -> None:
+    """Write which robots a scenario names as faulty to their records, worlds by robots."""
+    out_faults["is_named"] = 0
+    for column, (_, kind) in enumerate(scenario.faults.kinds()):
+        out_faults["is_named"][:, list(kind.robots), column] = 1
 
 
 @entry_point
-def write_vectors(
-    length: float, angles: Float64[Array, " robots"], out: Float64[Array, "robots 2"]
+def draw_faults(worlds: Array, seeds: UInt64[Array, " worlds"], out_faults: Array) -> None:
+    """Write the faults of the robots of worlds, each from the seed of its world."""
+    for w in range(out_faults.shape[0]):
+        for i in range(out_faults.shape[1]):
+            draw_fault(worlds[w].faults, seeds[w], i, out_faults.shape[1], out_faults[w, i])
+
+
+@kernel
+def draw_fault(
+    numbers: FaultNumbers, seed: np.uint64, i: int, n_robots: int, out_fault: Fault
 ) -> None:
-    """Write the vectors of a length [m] in these directions [rad]."""
-    for i in range(angles.shape[0]):
-        c, s = cos_sin(angles[i])
-        out[i, 0], out[i, 1] = length * c, length * s
+    """Write what is wrong with robot i, by the seed of its world, and what it lies if it does."""
+    word = first_word(seed, i, CAUSE)
+    out_fault.stream[0] = word
+    for kind in range(N_KINDS):
+        has_it = out_fault.is_named[kind] != 0 or is_drawn(numbers, seed, i, n_robots, kind)
+        out_fault.kinds[kind] = 1 if has_it else 0
+        out_fault.starts[kind] = numbers.starts[kind]
+    out_fault.talks_when_dead = numbers.talks_when_dead
+    side = side_of(word ^ OF_SIDE_OF_WEAR)
+    out_fault.path_misread[0] = 1.0 + numbers.bias * side
+    out_fault.path_misread[1] = 1.0 - numbers.bias * side
+    out_fault.noise_factor = numbers.noise_factor
+    make_lie(numbers, seed, word, out_fault)
 
 
-def _false_places(scenario: EpuckScenario, word: UInt64[Array, "1"]) -> Float64[Array, "areas 2"]:
-    """A false place of each area in the arena, world frame [m].
+@kernel
+def is_drawn(numbers: FaultNumbers, seed: np.uint64, i: int, n_robots: int, kind: int) -> bool:
+    """Robot i is among those that have a kind of fault, whose draws are lowest."""
+    n_faulty = numbers.n_faulty[kind]
+    if n_faulty == 0:
+        return False
+    own, n_before = unit_of(first_word(seed, i, CAUSE) ^ OF_KINDS[kind]), 0
+    for j in range(n_robots):
+        other = unit_of(first_word(seed, j, CAUSE) ^ OF_KINDS[kind])
+        if other < own or (other == own and j < i):
+            n_before += 1
+    return bool(n_before < n_faulty)
+
+
+@kernel
+def side_of(word: np.uint64) -> float:
+    """Minus or plus one, as is drawn."""
+    return -1.0 if unit_of(word) < 0.5 else 1.0
+
+
+@kernel
+def make_lie(numbers: FaultNumbers, seed: np.uint64, word: np.uint64, out_fault: Fault) -> None:
+    """Write what a robot would tell if it is a liar, where `word` is its own."""
+    own, of_all = word, first_word(seed, 0, CAUSE) ^ OF_ALL_LIARS
+    if numbers.agreed != NOT_AGREED:
+        own = of_all
+    lie = out_fault.lie
+    lie.turn, lie.p = numbers.turn * side_of(own ^ OF_SIDE_OF_LIE), numbers.p
+    lie.has_own_p, lie.is_place = numbers.own_p, numbers.agreed == PLACE_AGREED
+    out_fault.lie_probability = numbers.probability
+    for area in range(2):
+        lie.place[area, 0] = lie.place[area, 1] = 0.0
+        if numbers.agreed == PLACE_AGREED:
+            x, y = false_place(numbers, of_all ^ OF_PLACES[area], area)
+        else:
+            c, s = cos_sin(2.0 * math.pi * unit_of(own ^ OF_SHIFTS[area]))
+            x, y = numbers.shift * c, numbers.shift * s
+        out_fault.lie_in_arena[area, 0], out_fault.lie_in_arena[area, 1] = x, y
+
+
+@kernel
+def false_place(numbers: FaultNumbers, word: np.uint64, area: int) -> tuple[float, float]:
+    """A false place of an area in the arena, world frame [m].
 
     Uniform among those at least `false_place_distance` from the true one.
     """
-    arena, far = scenario.arena, scenario.false_place_distance
-    found = []
-    for area, centre in enumerate(scenario.areas):
-        own = word ^ hash_of(f"liar.place.{area}")
-        place = centre
-        while np.hypot(*(place - centre)) < far:
-            x, y = (draw_unit(own, 0) - 0.5 for _ in range(2))
-            place = np.array([arena.length * x, arena.width * y])
-        found.append(place)
-    return np.array(found)
+    x, y = numbers.areas[area, 0], numbers.areas[area, 1]
+    far = numbers.false_place_distance
+    while True:
+        dx, dy = x - numbers.areas[area, 0], y - numbers.areas[area, 1]
+        if dx * dx + dy * dy >= far * far:
+            return x, y
+        x = numbers.arena[0] * (unit_of(word) - 0.5)
+        y = numbers.arena[1] * (unit_of(word + GOLDEN) - 0.5)
+        word += GOLDEN + GOLDEN

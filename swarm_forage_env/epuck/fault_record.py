@@ -6,7 +6,7 @@ the message that it composed.
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Int8, Int32, UInt64
+from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, UInt64
 from swarm_forage_env.record import Record, field
 
 KINDS = ("dead", "worn", "deaf", "mute", "blind", "liar", "stale")
@@ -15,6 +15,31 @@ KINDS = ("dead", "worn", "deaf", "mute", "blind", "liar", "stale")
 DEAD, WORN, DEAF, MUTE, BLIND, LIAR, STALE = range(len(KINDS))
 
 N_KINDS = len(KINDS)
+
+
+NOT_AGREED, TURN_AGREED, PLACE_AGREED = range(3)
+"""What liars agree on: nothing, how they turn and shift a place, or the place itself."""
+
+
+class FaultNumbers(Record):
+    """The numbers of a scenario's faults, as kernels read them."""
+
+    n_faulty: Int32[Array, " kinds"] = field(np.int32, N_KINDS)
+    """How many robots are drawn that have this fault, in the order of KINDS."""
+
+    starts: Int32[Array, " kinds"] = field(np.int32, N_KINDS, unit="ticks")
+    talks_when_dead: bool = field(np.bool_)
+    own_p: bool = field(np.bool_)
+    agreed: int = field(np.int8)
+    bias: float = field(np.float64)
+    noise_factor: float = field(np.float64)
+    turn: float = field(np.float64, unit="rad")
+    shift: float = field(np.float64, unit="m")
+    p: float = field(np.float64, unit="m")
+    probability: float = field(np.float64)
+    false_place_distance: float = field(np.float64, unit="m")
+    arena: Float64[Array, "2"] = field(np.float64, 2, unit="m")
+    areas: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
 
 
 class Lie(Record):
@@ -42,6 +67,9 @@ class Fault(Record):
     It lies apart from `EpuckState`, which holds the faults in effect, so that robots without faults
     are smaller in memory.
     """
+
+    is_named: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
+    """The scenario says so, whatever is drawn. Writer: the scenario."""
 
     kinds: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
     """The robot has this fault, or will have it, in the order of KINDS. Writer: reset."""

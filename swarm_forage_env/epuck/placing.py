@@ -6,6 +6,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64, Int64, UInt64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.fault_draws import draw_fault
 from swarm_forage_env.epuck.records import EpuckState
 from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.random_draws import first_word, symmetric, unit
@@ -99,12 +100,12 @@ def place_world(  # noqa: PLR0913 what robots start from, and where they are pla
     w: int,
     n_robots: int,
 ) -> None:
-    """Put the robots of a new world at their starting places, and their streams at its seed.
+    """Put the robots of a new world at their places, and streams and faults at its seed.
 
     The first lane places all robots, as each keeps clear of those before it. Actions stay as they
     were. Free names: lane, lanes, barrier.
     """
-    robots, world = world_arrays[0], world_arrays[1][w]
+    robots, world, faults = world_arrays[0], world_arrays[1][w], world_arrays[6]
     for i in range(lane(), n_robots, lanes()):
         places[i] = first_word(seed, i, PLACE)
     barrier()
@@ -129,3 +130,5 @@ def place_world(  # noqa: PLR0913 what robots start from, and where they are pla
             robot.pose[k] = poses[i, k]
         for column in range(len(CAUSES)):
             robot.streams[column] = first_word(seed, i, CAUSES[column])
+        if world.has_faults:
+            draw_fault(world.faults, seed, i, n_robots, faults[w, i])

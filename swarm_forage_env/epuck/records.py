@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, UInt64
-from swarm_forage_env.epuck.fault_record import N_KINDS
+from swarm_forage_env.epuck.fault_record import N_KINDS, FaultNumbers
 from swarm_forage_env.epuck.limits import (
     bearing_noise,
     ground_noise,
@@ -79,6 +79,8 @@ class EpuckWorldState(Record):
 
     has_faults: bool = field(np.bool_)
     """Some robots may be faulty."""
+
+    faults: FaultNumbers = field(FaultNumbers)
 
     is_crowded: bool = field(np.bool_)
     """Robots overlap or obstacles stand, so that contacts are to be resolved; false between ticks.

@@ -110,7 +110,6 @@ def gpu_task(robot: type[EpuckState], write_log: Mapping[bool, Kernel]) -> GpuTa
     return GpuTask(
         functions={"list_neighbours": list_by_robots},
         place=place_world,
-        restarts=lambda scenario: not scenario.faults.is_any,
         robot=robot,
         log=write_log,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.epuck import placing
-from swarm_forage_env.epuck.fault_draws import draw_faults
+from swarm_forage_env.epuck.fault_draws import draw_faults, name_faulty, write_fault_numbers
 from swarm_forage_env.epuck.fault_record import Fault
 from swarm_forage_env.epuck.obstacles import capsules_of
 from swarm_forage_env.epuck.placing import SOURCES
@@ -102,6 +102,7 @@ class EpuckWorld(World):
         scenario = self.scenarios[first]
         write_numbers(scenario, self.worlds[first:last])
         self.write_task(scenario, self.worlds[first:last])
+        name_faulty(scenario, self.faults[first:last])
         self.near = _widened(self.near, FIRST + max_neighbours(scenario), 0)
         self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
         standing = capsules_of(scenario.obstacles, scenario.arena.corners)
@@ -119,8 +120,10 @@ class EpuckWorld(World):
             words = streams(seeds, self.n_robots, source)
             swarms["streams"][:, :, column] = words.reshape(swarms.shape)
         faults = self.faults[first:last]
-        Fault.restart(faults)
-        draw_faults(scenario, seeds, faults)
+        if scenario.faults.is_any:
+            draw_faults(worlds, np.asarray(seeds, np.uint64), faults)
+        else:
+            Fault.restart(faults)
         worlds["ticks"], worlds["has_moved"] = 0, False
         for w in range(first, last):
             self._physics.reset(w, scenario)
@@ -226,6 +229,7 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
     }  # fmt: skip
     for name, value in numbers.items():
         out_worlds[name] = value
+    write_fault_numbers(scenario, out_worlds["faults"])
 
 
 def _first_poses(

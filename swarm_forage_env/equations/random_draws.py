@@ -43,8 +43,15 @@ def unit(streams: Streams, column: int) -> float:
 
     Source: Steele2014, nextDouble.
     """
-    streams[column] += GOLDEN
-    return float(mix(streams[column]) >> _S11) * 2.0**-53
+    word = streams[column]
+    streams[column] = word + GOLDEN
+    return unit_of(word)
+
+
+@kernel
+def unit_of(word: np.uint64) -> float:
+    """The first uniform draw in [0, 1) of the stream that starts at this word."""
+    return float(mix(word + GOLDEN) >> _S11) * 2.0**-53
 
 
 @kernel

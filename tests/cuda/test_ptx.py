@@ -50,7 +50,7 @@ PACKAGES = (
 ON_CPU = {
     "find_neighbours note_neighbour compare_all_pairs": "the list of neighbours of a CPU",
     "largest_count cell_of cells_of": "the list of neighbours of a CPU",
-    "write_vectors": "faults, drawn when a world is made",
+    "draw_faults": "the loop over worlds that are made on a CPU",
     "acos": "matrices of positions in estimators that a GPU has not",
     "seed_streams": "a reset of a CPU",
     "write_events area_under is_touching is_near_obstacle": "events for rewards in NumPy",
