@@ -9,9 +9,8 @@ BIN     := .venv/bin
 READY   := .venv/.ready
 LIGHT   := .venv/.light
 TESTS   := pytest pytest-timeout hypothesis beartype
-REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3 \
-	mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests \
-	waypoints-05 waypoints-10 waypoints-25 waypoints-50)
+PLAYED := near es1-clean es1 real ants2008 es2 es3 mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests
+REPLAYS := $(patsubst %,build/replays/waypoints-%.html,05 10 25 50)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
@@ -166,21 +165,19 @@ pictures: $(READY)  ## the stills and the clip of README and docs
 	$(BIN)/swarm-forage watch waypoints-05 boids-adaptive --seconds 60 --select 2 \
 		--size 720 --frame docs/images/waypoints.png
 
-# A replay shows two minutes from a moment when the swarm knows its way.
-build/replays/near.html: START = 120
-build/replays/es2.html build/replays/es3.html: START = 1800
-build/replays/moving-prey.html: START = 860
-build/replays/%.html: SHOWN ?= ssgikf --start $(or $(START),420) --seconds 120
-build/replays/waypoints-%.html: SHOWN = boids-adaptive
-build/replays/%.html: .venv-docs/.ready
+build/replays/waypoints-%.html: .venv-docs/.ready
 	@mkdir -p $(@D)
-	.venv-docs/bin/swarm-forage watch $* $(SHOWN) --seed 1 --html $@
+	.venv-docs/bin/swarm-forage watch waypoints-$* boids-adaptive --seed 1 --html $@
+
+build/replays/.played: docs/hooks/playgrounds.py .venv-docs/.ready
+	.venv-docs/bin/python docs/hooks/playgrounds.py $(@D) $(PLAYED)
+	@touch $@
 
 build/replays/play.html: .venv-docs/.ready
 	@mkdir -p $(@D)
 	.venv-docs/bin/swarm-forage play es1 ssgikf learned-both --html $@
 
-docs: .venv-docs/.ready $(REPLAYS) build/replays/play.html  ## build the site into site/: strict, nothing fetched from elsewhere
+docs: .venv-docs/.ready $(REPLAYS) build/replays/play.html build/replays/.played  ## build the site into site/: strict, nothing fetched from elsewhere
 	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/python -m mkdocs build --quiet
 	.venv-docs/bin/python docs/hooks/check_site.py site
 

@@ -19,6 +19,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -124,21 +125,28 @@ def llvm_text_of(
     numbers: Sequence[str],
     call: str,
     returns: types.Type = types.void,
+    shapes: Mapping[str, str] | None = None,
 ) -> str:
     """A compiled function as LLVM's text, in which only `swarm_run` is public.
 
     `swarm_run` takes a pointer to each of the arrays, and then whole numbers of 64 bits, by these
     names. What it returns is the expression `call` of them, in which the function is `called`.
+    `shapes` are those of arrays whose shape depends on the numbers, as expressions of them.
     """
-    views = ", ".join(f"carray({name}, {each.shape})" for name, each in arrays.items())
+    told = {name: str(each.shape) for name, each in arrays.items()} | dict(shapes or {})
+    views = ", ".join(f"carray({name}, {shape})" for name, shape in told.items())
     text = (
         f"def {ENTRY}({', '.join((*arrays, *numbers))}):\n"
         f"    {', '.join(arrays)}, = {views},\n    return {call}\n"
     )
+    pointers = [types.CPointer(from_dtype(each.dtype)) for each in arrays.values()]  # type: ignore[attr-defined]
+    return _llvm_text(text, called, returns(*pointers, *(types.int64 for _ in numbers)))
+
+
+@cache
+def _llvm_text(text: str, called: Callable[..., object], signature: Any) -> str:  # noqa: ANN401 numba's
     known: dict[str, Any] = {"carray": numba.carray, "called": called}
     exec(text, known)
-    pointers = [types.CPointer(from_dtype(each.dtype)) for each in arrays.values()]  # type: ignore[attr-defined]
-    signature = returns(*pointers, *(types.int64 for _ in numbers))
     library = numba.cfunc(signature, **OPTIONS)(known[ENTRY])._library
     (name,) = (name for name in _defined(library) if name.startswith(f"_ZN13_3cdynamic_3e9{ENTRY}"))
     return str(library.get_llvm_str()).replace(name, ENTRY)
@@ -163,6 +171,7 @@ def compiled_for(target: Target, text: str) -> bytes:
     return bytes(machine.emit_object(module))
 
 
+@cache
 def linked_for_web(text: str) -> bytes:
     """LLVM's text as a module of WebAssembly, which exports `swarm_run` and its memory.
 

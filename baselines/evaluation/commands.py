@@ -284,18 +284,18 @@ def play(
         Argument(metavar="CONTROLLER", help="One, or two.", autocompletion=controller_names),
     ],
     html: Annotated[Path, FileOption(help="The page to write: .html.")],
-    seeds: Annotated[int, Option(help="Worlds that it holds: those of the seeds from 0 on.")] = 20,
     settings: SettingsOption = None,
 ) -> None:
     """Write a page in which the controllers run, in any browser and without a network.
 
     It computes each episode itself, in WebAssembly, as evaluate --physics kinematic does, and
-    plays it. The visitor chooses the seed and changes radio, noise and beta by sliders.
+    plays it. The visitor chooses a seed, changes robots, radio, noise, liars, obstacles and beta by
+    sliders, and can drive a robot among the others.
     """
     from baselines.evaluation.evaluate_options import EvaluateOptions
     from baselines.evaluation.play import write_playground
 
-    chosen = EvaluateOptions(scenario, controllers, seeds, 0, settings or [], "kinematic")
+    chosen = EvaluateOptions(scenario, controllers, 1, 0, settings or [], "kinematic")
     check_file("--html", html, (".html",))
     write_playground(chosen, html)
     say(f"wrote {html} ({html.stat().st_size / 1e6:.1f} MB)")

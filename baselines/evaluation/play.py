@@ -1,9 +1,12 @@
-"""What a playground consists of: controllers as WebAssembly, worlds that begin, and sliders."""
+"""What a playground consists of: controllers as WebAssembly, a world that begins, and sliders."""
 
+import json
+import math
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numba.core import types
@@ -14,16 +17,33 @@ from baselines.evaluation.plot_style import colour_of
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.compiler import bind
+from swarm_forage_env.device_loop import LAYERS, WORLD
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.decision_kernels import add_nothing, observe
+from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.drawing import COLUMNS, run_and_draw
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import Controller
+from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.observed_fields import spans_of
 from swarm_forage_env.parameters import leaves
-from swarm_forage_env.rendering.playground import Patch, Program, Slider, playground
+from swarm_forage_env.record import offset_of
+from swarm_forage_env.rendering.playground import (
+    ArrayPlace,
+    Driving,
+    Patch,
+    Program,
+    Slider,
+    playground,
+)
+from swarm_forage_env.rendering.recording import Recording
+from swarm_forage_env.rendering.replay import obstacles_shown
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.targets import handed_over, linked_for_web, llvm_text_of, memory_of, ticks_of
+from swarm_forage_env.targets import linked_for_web, llvm_text_of, memory_of, ticks_of
 from swarm_forage_env.task import stage_of
+from swarm_forage_env.ticks import BEGINS, begin_worlds
 
 MAX_CONTROLLERS = 2
 """Swarms side by side."""
@@ -31,27 +51,45 @@ MAX_CONTROLLERS = 2
 FRAME = 1.0
 """Time between two frames of a page [s]."""
 
-ALIGNED = 64
-"""Every array of a world begins at a multiple of this [byte]."""
-
+ROBOTS, LIARS, OBSTACLES = "task.n_robots", "faults.liar.share", "obstacles"
 OF_SCENARIO = {
+    ROBOTS: ("Robots", ""),
     "radio.max_range": ("Radio range", "m"),
     "radio.bearing_noise": ("Bearing noise", "rad"),
     "sensors.wheel_noise": ("Wheel noise", ""),
+    LIARS: ("Liars", "%"),
+    OBSTACLES: ("Obstacles", ""),
 }
 OF_CONTROLLER = {"weighting.beta": ("Beta", "")}
-"""The numbers that a visitor changes: what they are called, and their units."""
+"""What a visitor changes: how it is called, and its unit."""
 
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
-"""Their values, as multiples of the usual one; those that are refused are left out."""
+"""Values of a number, as multiples of the usual one; those that are refused are left out."""
+
+VALUES: Mapping[str, tuple[float, ...]] = {
+    ROBOTS: (2, 3, 5, 10, 15, 20, 30, 40, 50),
+    LIARS: (0.0, 0.1, 0.2, 0.3, 0.4, 0.5),
+    OBSTACLES: (0, 1),
+}
+"""Values of others, among which the usual one is put."""
+
+RECORDED = 300.0
+"""How much of an episode is recorded beside [s]."""
+
+WIDER = 1.1
+"""A start circle that is too small for the robots is widened by this, again and again."""
+
+WALL = {"length": 0.2, "radius": 0.01}
+"""Of an obstacle between the start circle and an area [m]."""
 
 
 @dataclass(frozen=True)
-class Changed:
-    """A swarm whose scenario and controller differ in one number, or in none."""
+class Choice:
+    """A swarm with one thing changed, or none."""
 
-    scenario: Scenario
-    controller: Controller
+    loop: Loop
+    settings: tuple[str, ...] = ()
+    """What changes it, as `--set` takes it."""
 
 
 def write_playground(chosen: EvaluateOptions, file: Path) -> None:
@@ -68,68 +106,174 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
         raise ConfigError(f"scenario '{first.scenario.name}': a page runs worlds that forage alone")
     stage = stage_of(first.scenario, first.label)
     every = max(1, round(FRAME / stage.tick))
-    sliders, programs = sliders_of(configurations), []
     for each in configurations:
-        programs.append(program_of(each, sliders, chosen.seeds(), every))
-    words = ["swarm-forage", "play", chosen.scenario, *chosen.controllers]
-    words += [f"--set={each}" for each in chosen.settings] + [f"--html={file.name}"]
-    page = playground(stage, shlex.join(words), programs, sliders, COLUMNS, every)
+        memory_of(Loop(each.scenario, each.controller, [0], "kinematic"))  # which may refuse it
+    sliders, programs = [], []
+    changed = [dict(_changes(each)) for each in configurations]
+    for name, (label, unit) in {**OF_SCENARIO, **OF_CONTROLLER}.items():
+        if slider := _slider(name, label, unit, configurations, changed):
+            sliders.append(slider)
+    for each, own in zip(configurations, changed, strict=True):
+        programs.append(program_of(each, sliders, own, every))
+    words = ["swarm-forage", "evaluate", chosen.scenario]
+    sets = [f"--set={each}" for each in chosen.settings]
+    command = shlex.join(words), shlex.join(sets)
+    replays = [_recorded(each, every) for each in configurations]
+    page = playground(stage, command, programs, sliders, COLUMNS, every, replays)
     write_atomically(file, page.encode())
 
 
-def sliders_of(configurations: Sequence[ExperimentConfig]) -> list[Slider]:
-    """The sliders of a page: numbers of the scenario, and those that a controller has."""
-    found = []
-    for name, (label, unit) in {**OF_SCENARIO, **OF_CONTROLLER}.items():
-        usual = next(filter(None, (_number(each, name) for each in configurations)), None)
-        if usual is None:
+def _recorded(configuration: ExperimentConfig, every: int) -> Recording:
+    """The first minutes of the episode of seed 0, for a browser without WebAssembly."""
+    loop = _changed(configuration, {}).loop
+    recording = Recording(math.ceil(RECORDED / FRAME) + 1)
+    recording.add(loop.scene())
+    for _ in range(min(round(RECORDED / FRAME), loop.world.scenario.n_ticks // every)):
+        loop.run(every)
+        recording.add(loop.scene())
+    return recording
+
+
+Changes = Mapping[tuple[str, float], Choice]
+"""What can be made of a swarm, by the name of what is changed and its value."""
+
+
+def _changes(configuration: ExperimentConfig) -> Iterator[tuple[tuple[str, float], Choice]]:
+    """The swarm with each value of whatever a visitor changes, where that is not refused."""
+    usual = _changed(configuration, {})
+    for name in (*OF_SCENARIO, *OF_CONTROLLER):
+        now = _number(configuration, name)
+        if now is None:
             continue
-        values = [
-            value
-            for value in (float(f"{factor * usual:.3g}") for factor in FACTORS)
-            if value == usual or all(_changed(each, name, value) for each in configurations)
-        ]
-        found.append(Slider(name, label, unit, tuple(values), values.index(usual)))
-    return found
+        multiples = (float(f"{factor * now:.3g}") for factor in FACTORS)
+        for value in sorted({*VALUES.get(name, multiples), now}):
+            if value == now:
+                yield (name, value), usual
+                continue
+            for settings in _settings(configuration, name, value):
+                try:
+                    made = _changed(configuration, settings)
+                except ConfigError:
+                    continue
+                if _is_alike(made.loop, usual.loop):
+                    yield (name, value), made
+                break
 
 
 def _number(configuration: ExperimentConfig, name: str) -> float | None:
     """The number of that name; None where there is none."""
+    if name == OBSTACLES:
+        return None if configuration.scenario.obstacles else 0
     known = leaves(configuration.scenario.model_dump()) | configuration.controller.parameters
     value = known.get(name)
+    if name == ROBOTS:
+        return value
     return float(f"{value:.3g}") if isinstance(value, float) else None
 
 
-def _changed(configuration: ExperimentConfig, name: str, value: float) -> Changed | None:
-    """The swarm with another number; as it is where it has none so; None if that is refused."""
+def _settings(
+    configuration: ExperimentConfig, name: str, value: float
+) -> Iterator[Mapping[str, object]]:
+    """What changes a swarm so: the first that is not refused holds."""
+    scenario = configuration.scenario
+    if name == OBSTACLES:
+        yield {name: json.dumps([_wall(scenario, side) for side in (-1, 1)])}
+        return
+    yield {name: value}
+    radius = scenario.task.start_radius
+    while name == ROBOTS and radius < scenario.task.area_distance:
+        radius = float(f"{radius * WIDER:.3g}")
+        yield {name: value, "task.start_radius": radius}
+
+
+def _wall(scenario: Scenario, side: int) -> dict[str, object]:
+    """A wall half way between the start circle and the area of a side."""
+    nearest, farthest = scenario.task.start_radius, 0.5 * scenario.task.area_distance
+    x = round(side * 0.5 * (nearest + farthest - scenario.task.area_radius), 3)
+    half = 0.5 * WALL["length"]
+    return {"points": [[x, -half], [x, half]], "radius": WALL["radius"]}
+
+
+def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> Choice:
+    """The swarm with these changes; ConfigError if they are refused."""
     scenario, controller = configuration.scenario, configuration.controller
-    try:
-        if name in OF_SCENARIO:
-            return Changed(find_scenario(scenario, {name: value}), controller)
-        if _number(configuration, name) is None:
-            return Changed(scenario, controller)
-        return Changed(scenario, controller.with_parameters({name: value}))
-    except ConfigError:
+    if changes.keys() <= OF_CONTROLLER.keys():
+        own = {name: value for name, value in changes.items() if name in controller.parameters}
+        return Choice(Loop(scenario, controller.with_parameters(own), [0], "kinematic"))
+    loop = Loop(find_scenario(scenario, changes), controller, [0], "kinematic")
+    return Choice(loop, tuple(f"{name}={value}" for name, value in changes.items()))
+
+
+def _is_alike(loop: Loop, usual: Loop) -> bool:
+    """The machine code of one swarm runs the other: records and observations are the same."""
+    kinds, slots = [], []
+    for each in (loop, usual):
+        kinds.append([own.dtype for own in (*memory_of(each), *each.controller.compiled.firsts)])
+        slots.append(_scenario(each).slots)
+    return kinds[0] == kinds[1] and slots[0] == slots[1]
+
+
+def _slider(
+    name: str,
+    label: str,
+    unit: str,
+    configurations: Sequence[ExperimentConfig],
+    changed: Sequence[Changes],
+) -> Slider | None:
+    """A slider of the values that no swarm refuses; None if that is one alone."""
+    of_each = [{value for which, value in own if which == name} for own in changed]
+    values = sorted(set.intersection(*filter(None, of_each))) if any(of_each) else []
+    if len(values) < 2:
         return None
+    numbers = (_number(each, name) for each in configurations)
+    usual = next(now for now in numbers if now is not None)
+    swarm = next(own for own, known in zip(changed, of_each, strict=True) if known)
+    choices = [swarm[name, value] for value in values]
+    return Slider(
+        name,
+        label,
+        tuple(_words(name, value, unit) for value in values),
+        tuple(values),
+        values.index(usual),
+        tuple(each.settings for each in choices),
+        tuple(_shown(_scenario(each.loop), name) for each in choices),
+    )
+
+
+def _words(name: str, value: float, unit: str) -> str:
+    """A value as the page shows it."""
+    if name == OBSTACLES:
+        return "two walls" if value else "none"
+    return f"{100 * value:g} %" if unit == "%" else f"{value:g} {unit}".strip()
+
+
+def _shown(scenario: Scenario, name: str) -> dict[str, object]:
+    """What is drawn otherwise in a scenario that is changed so."""
+    if name == ROBOTS:
+        return {"robots": scenario.task.n_robots, "startRadius": scenario.task.start_radius}
+    if name == LIARS:
+        return {"hasFaults": scenario.faults.is_any}
+    if name == OBSTACLES:
+        return {"obstacles": obstacles_shown(stage_of(scenario, "").obstacles)}
+    return {}
 
 
 def program_of(
-    configuration: ExperimentConfig, sliders: Sequence[Slider], seeds: Sequence[int], every: int
+    configuration: ExperimentConfig, sliders: Sequence[Slider], changed: Changes, every: int
 ) -> Program:
-    """A swarm as machine code, with the memory of its world for each seed."""
-    usual = Changed(configuration.scenario, configuration.controller)
-    loop = _loop(usual, seeds[0])
-    widest = [
-        _changed(configuration, each.name, value) for each in sliders for value in each.values
-    ]
-    for each in filter(None, widest):  # all numbers of neighbours and cells have room
-        loop.reset([seeds[0]], scenarios=each.scenario)
-    images = [_image(loop, usual, seed) for seed in seeds]
+    """A swarm as machine code, with the memory of a world that begins, and what sliders change."""
+    usual = _changed(configuration, {}).loop
+    known = [changed[s.name, v].loop for s in sliders for v in s.values if (s.name, v) in changed]
+    widest = _widest([usual, *known])
+    memory = _memory(usual, every, widest)
+    image = _image(memory, usual)
     patches = {
         each.name: [
-            []
-            if k == each.usual  # which is rounded
-            else list(_patch(loop, images, _changed(configuration, each.name, value), seeds))
+            list(
+                _patch(image, _image(_memory(changed[each.name, value].loop, every, widest), usual))
+            )
+            if (each.name, value) in changed and k != each.usual  # which is rounded
+            else []
             for k, value in enumerate(each.values)
         ]
         for each in sliders
@@ -137,67 +281,195 @@ def program_of(
     return Program(
         configuration.label,
         colour_of(configuration.label),
-        linked_for_web(_text(loop, every)),
-        [each.tobytes() for each in images],
-        tuple(len(_padded(each)) for each in memory_of(loop)),
+        linked_for_web(_text(usual, memory, every)),
+        image.tobytes(),
+        [_place(name, array, usual) for name, array in memory.items()],
+        [memory[name].shape[axis] for name, (axis, _) in WIDTHS.items()],
         patches,
+        [name for name in OF_CONTROLLER if name in configuration.controller.parameters],
+        _driving(usual),
     )
 
 
-def _loop(swarm: Changed, seed: int) -> Loop:
-    return Loop(swarm.scenario, swarm.controller, [seed], "kinematic")
-
-
-def _padded(array: Array) -> bytes:
-    return array.tobytes() + bytes(-array.nbytes % ALIGNED)
-
-
-def _image(loop: Loop, swarm: Changed, seed: int) -> UInt8[Array, " bytes"]:
-    """The memory of a world that is about to begin, with the widths of the loop's arrays."""
-    memory = _beginning(loop, swarm.scenario, seed)
-    if swarm.controller is not loop.controllers[0]:
-        own = _beginning(_loop(swarm, seed), swarm.scenario, seed)
-        layers = slice(len(loop.world.arrays), -2)
-        memory[layers] = own[layers]
-    return np.frombuffer(b"".join(map(_padded, memory)), np.uint8)
-
-
-def _beginning(loop: Loop, scenario: Scenario, seed: int) -> list[Array]:
-    """The arrays of a loop whose world starts from a seed, before its robots sense anything."""
-    numbers = loop.controller.numbers_in(0, scenario)
-    loop.world.reset([seed], [0], [scenario])
-    loop.controller.renumber(0, numbers)
-    loop.controller.reset(0, seed)
-    *arrays, _, trouble = memory_of(loop)
-    return [*arrays, loop.world.beginning.copy(), trouble]
-
-
-def _patch(
-    loop: Loop,
-    images: Sequence[UInt8[Array, " bytes"]],
-    swarm: Changed | None,
-    seeds: Sequence[int],
-) -> Iterator[Patch]:
-    """What differs in the memory of a changed swarm, which must be the same for every seed."""
-    assert swarm is not None, "a slider has values alone that are not refused"
-    others = [_image(loop, swarm, seed) for seed in seeds[:2]]
-    differs = others[0] != images[0]
-    for other, image in zip(others, images, strict=False):
-        assert ((other != image) <= differs).all(), "numbers stand apart from what a seed draws"
-        assert (other == others[0])[differs].all(), "a number is the same for every seed"
-    edges = np.flatnonzero(np.diff(differs, prepend=False, append=False))
-    for first, last in edges.reshape(-1, 2):
-        yield int(first), others[0][first:last].tobytes()
-
-
-def _text(loop: Loop, every: int) -> str:
-    """The ticks of a page as LLVM's text, with what is drawn after them."""
-    n_robots = loop.world.n_robots
-    arrays, passed = handed_over(loop)
-    drawn = {
-        "columns": np.zeros((len(COLUMNS), n_robots), np.float32),
-        "pairs": np.zeros((every * n_robots * (n_robots - 1), 2), np.int32),
+def _widest(loops: Sequence[Loop]) -> dict[str, tuple[int, ...]]:
+    """The shapes of the arrays of the world that have room for all of these swarms."""
+    arrays = [dict(zip(WORLD, loop.world.arrays, strict=True)) for loop in loops]
+    return {
+        name: tuple(int(size) for size in np.max([each[name].shape for each in arrays], axis=0))
+        for name in WIDTHS
     }
-    call = f"called({passed}, n_ticks, columns, pairs)"
-    called = bind(run_and_draw, {"run_ticks": ticks_of(loop)})
-    return llvm_text_of(called, {**arrays, **drawn}, ("n_ticks",), call, types.int64)
+
+
+KEPT = (
+    "worlds", "cells", "obstacles", "settings", "modes", "first_robot", "first_mind",
+    "first_memory", "spans", "bound", "squashes",
+)  # fmt: skip
+"""Arrays of a page that are not zeros when a world begins; all are as large for any swarm."""
+
+OF_ROBOTS = (
+    "robots", "near", "earned", "faults", "minds", "memories", "shared", "places", "poses",
+    "columns",
+)  # fmt: skip
+"""Arrays whose second axis is robots."""
+
+SAME = {"robot_words": "robots", "mind_words": "minds"}
+"""Arrays that lie where another does."""
+
+
+def _memory(loop: Loop, every: int, widest: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
+    """The arrays of a page by name, in the order in which the machine code takes them."""
+    n, form = loop.world.n_robots, _form(loop)
+    own = dict(zip((*WORLD, *LAYERS, "modes", "trouble"), memory_of(loop), strict=True))
+    own["modes"][...] = BEGINS
+    for name, fill in {"cells": EMPTY, "obstacles": 0}.items():
+        wide = np.full(widest[name], fill, own[name].dtype)
+        wide[tuple(map(slice, own[name].shape))] = own[name]
+        own[name] = wide
+    own["near"] = np.zeros((1, n, widest["near"][2]), np.int32)
+    first_robot = np.zeros(1, own["robots"].dtype)
+    _gpu_task(loop).robot.restart(first_robot)
+    first_mind, first_memory = loop.controller.compiled.firsts
+    minds = np.dtype([("estimator", own["minds"].dtype)])
+    *_, bound, squashes = form.observer.scaling
+    return {
+        **own,
+        "first_robot": first_robot,
+        "first_mind": first_mind,
+        "first_memory": first_memory,
+        "seeds": np.zeros(1, np.uint64),
+        "places": np.zeros((1, n), np.uint64),
+        "poses": np.zeros((1, n, 3)),
+        "columns": np.zeros((len(COLUMNS), n), np.float32),
+        "pairs": np.zeros((every * n * n, 2), np.int32),
+        "robot_words": own["robots"].view(np.float32),
+        "mind_words": own["minds"].view(np.float32),
+        "spans": spans_of(form.observer.shown, {"robots": own["robots"].dtype, "minds": minds}),
+        "learners": np.zeros(1, np.int64),
+        "bound": bound,
+        "squashes": squashes.view(np.uint8),
+        "no_spans": np.zeros((0, 2), np.int64),
+        "time_left": np.zeros(1),
+        "raw": np.zeros((1, 1, len(form.policy.action)), np.float32),
+        "frames": np.zeros((1, 1, 0, len(form.layout)), np.float32),
+        "seen": np.zeros((1, 1, len(form.layout)), np.float32),
+    }
+
+
+def _form(loop: Loop) -> PolicyForm:
+    """What somebody who drives a robot observes and gives: as a learner of the motion."""
+    return PolicyForm([loop.world.scenario], EnvConfig(learn="motion"))
+
+
+def _gpu_task(loop: Loop) -> GpuTask:
+    """How worlds are begun by compiled code."""
+    assert loop.task.gpu is not None, "robots that forage run on a GPU"
+    return loop.task.gpu
+
+
+def _scenario(loop: Loop) -> Scenario:
+    return cast(Scenario, loop.world.scenario)
+
+
+def _names_kept(loop: Loop) -> tuple[str, ...]:
+    """The arrays of which the image of a world consists; the scenario may name faulty robots."""
+    is_named = any(kind.robots for _, kind in _scenario(loop).faults.kinds())
+    return (*KEPT, "faults") if is_named else KEPT
+
+
+def _image(memory: Mapping[str, Array], usual: Loop) -> UInt8[Array, " bytes"]:
+    """What a world begins with, one array after the other."""
+    kept = (memory[name] for name in memory if name in _names_kept(usual))
+    return np.frombuffer(b"".join(each.tobytes() for each in kept), np.uint8)
+
+
+def _patch(usual: UInt8[Array, " bytes"], other: UInt8[Array, " bytes"]) -> Iterator[Patch]:
+    """What differs in the memory of a changed swarm, and where."""
+    edges = np.flatnonzero(np.diff(usual != other, prepend=False, append=False))
+    for first, last in edges.reshape(-1, 2):
+        yield int(first), other[first:last].tobytes()
+
+
+def _place(name: str, array: Array, usual: Loop) -> ArrayPlace:
+    """How large an array is in the memory of a page."""
+    n = usual.world.n_robots
+    if name in SAME:
+        return ArrayPlace(name, same=SAME[name])
+    if name in _names_kept(usual):
+        return ArrayPlace(name, array.nbytes, is_kept=True)
+    if name == "pairs" or (name == "shared" and array.ndim > 3):
+        return ArrayPlace(name, per_pair=array.nbytes // (n * n))
+    if name in OF_ROBOTS:
+        return ArrayPlace(name, per_robot=array.nbytes // n)
+    return ArrayPlace(name, array.nbytes)
+
+
+def _shape(name: str, array: Array, n: int, every: int) -> str:
+    """The shape of an array as an expression of the number of robots, which is n as it stands."""
+    if name == "pairs":
+        return f"({every} * n_robots * n_robots, 2)"
+    if name in SAME:
+        return f"(1, n_robots * {array.shape[1] // n})"
+    sizes = [str(size) for size in array.shape]
+    if name in OF_ROBOTS:
+        sizes[1] = "n_robots"
+    if name == "shared" and array.ndim > 3:
+        sizes[2] = "n_robots"
+    if name in WIDTHS:
+        axis, number = WIDTHS[name]
+        sizes[axis] = number
+    return f"({', '.join(sizes)},)"
+
+
+WIDTHS = {"near": (2, "n_near"), "cells": (1, "n_cells"), "obstacles": (1, "n_capsules")}
+"""Arrays whose width is an argument, so that scenarios share their machine code: which axis."""
+
+
+def _text(usual: Loop, memory: Mapping[str, Array], every: int) -> str:
+    """The ticks of a page as LLVM's text, with what is drawn after them."""
+    world, layers = usual.world, usual.controller.compiled
+    functions = {**world.functions, **layers.functions}
+    called = bind(
+        run_and_draw,
+        {
+            "run_ticks": ticks_of(usual),
+            "begin_worlds": bind(
+                begin_worlds, {**functions, "place_world": _gpu_task(usual).place}
+            ),
+            "observe": bind(observe, {"add_features": add_nothing}),
+        },
+    )
+    direction, direction_to, has_walk, *_ = _form(usual).observer.scaling
+    shapes = {name: _shape(name, array, world.n_robots, every) for name, array in memory.items()}
+    numbers = "n_robots", *(number for _, number in WIDTHS.values()), "n_ticks"
+    call = CALL.format(
+        world=", ".join(WORLD),
+        layers=", ".join(LAYERS),
+        noise=layers.noise,
+        scaling=f"{direction}, {direction_to}, {has_walk}, bound, squashes",
+    )
+    return llvm_text_of(called, memory, numbers, call, types.int64, shapes)
+
+
+CALL = (
+    "called(({world},), ({layers},), modes, trouble,"
+    " (first_robot, first_mind, first_memory, seeds, places, poses), {noise}, n_ticks, columns,"
+    " pairs, ((robot_words, mind_words, robot_words, spans, n_robots), learners, ({scaling}),"
+    " (no_spans, time_left, raw), (seen, frames, seen)))"
+)
+"""How the arrays of a page are handed over."""
+
+
+def _driving(usual: Loop) -> Driving:
+    """Where a visitor's commands go in the records of a robot, and what a learner observes."""
+    robots, form = usual.world.robots.dtype, _form(usual)
+    robot = np.zeros(1, robots)
+    whole = {"weighting": np.zeros(1, np.bool_), "motion": np.ones(1, np.bool_)}
+    form.hand_over(robot["action"], whole)
+    at = offset_of(robots, "action")
+    return Driving(
+        robots.itemsize,
+        at,
+        robot["action"].tobytes(),
+        offset_of(robots["action"], "wheels"),
+        [(each.name, each.unit, each.low) for each in form.layout],
+    )

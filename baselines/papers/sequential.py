@@ -114,6 +114,14 @@ def decision_of(effect: Effect, low: float, high: float) -> Decision:
 RANKS: tuple[Decision, ...] = ("fails", "undecided", "equivalent", "holds")
 """The decision on a claim is the first of these that any of its effects has."""
 
+VERBS = {
+    "holds": ("hold", "holds"),
+    "fails": ("fail", "fails"),
+    "equivalent": ("are equivalent", "is equivalent"),
+    "undecided": ("are undecided", "is undecided"),
+}
+"""How several claims are said to be decided, and one."""
+
 
 def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
     """Decide a claim by n episodes of each experiment, at one of the looks."""
@@ -156,7 +164,8 @@ def count(decided: Sequence[Decided]) -> str:
     each: Mapping[str, int] = {
         rank: sum(row.decision == rank for row in decided) for rank in reversed(RANKS)
     }
-    return f"Of {len(decided)} claims " + ", ".join(f"{n} {rank}" for rank, n in each.items())
+    told = (f"{n} {VERBS[rank][n == 1]}" for rank, n in each.items())
+    return f"Of {len(decided)} claims " + ", ".join(told)
 
 
 def to_json(decided: Sequence[Decided]) -> str:

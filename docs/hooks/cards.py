@@ -21,11 +21,11 @@ EASIEST_FIRST = ("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3")
 ARENAS = "mg1-square", "mg1-hexagon", "mg1-dodecagon", "two-prey", "moving-prey", "two-nests"
 WAYPOINTS = "waypoints-05", "waypoints-10", "waypoints-25", "waypoints-50"
 
-REPLAYED = {
-    **dict.fromkeys((*EASIEST_FIRST, *ARENAS), "ssgikf"),
-    **dict.fromkeys(WAYPOINTS, "boids-adaptive"),
+MOMENTS = {
+    **dict.fromkeys((*EASIEST_FIRST, *ARENAS), 420),
+    **{"near": 120, "es2": 1800, "es3": 1800, "moving-prey": 860},
 }
-"""Scenarios with a replay under build/replays, and the controller that it shows."""
+"""Scenarios with a playground under build/replays, and a time when the swarm knows its way [s]."""
 
 KINDS = "", "-Joint", "-Tuple"
 """Forms of the environment in Gymnasium: one learner, all in one Box, all in tuples."""
@@ -133,8 +133,8 @@ def _scenario_card(name: str) -> str:
     ]  # fmt: skip
     known = card_tables.table(("", ""), [[f"**{a}**", b] for a, b in facts])
     parts = [f"# {name}\n", f"{_about(name)}.\n", f"{known}\n"]
-    if name in REPLAYED:
-        parts.append(_replay(name))
+    if name in (*MOMENTS, *WAYPOINTS):
+        parts.append(_picture(name))
     if tasks := [r for r in read_rungs().values() if r.test_scenario.name == name]:
         links = ", ".join(f"[{_rung_title(r)}](ladder-{r.name}.md)" for r in tasks)
         parts.append(f"Tasks of the ladder that are scored here: {links}.\n")
@@ -151,15 +151,20 @@ def _scenario_card(name: str) -> str:
     return "\n".join(parts)
 
 
-def _replay(name: str) -> str:
-    controller = REPLAYED[name]
+def _picture(name: str) -> str:
+    """A playground of ssgikf, or a replay of robots that visit goals."""
     arena = getattr(find_scenario(name), "arena", None)
     is_square = arena is None or arena.width > 0.9 * arena.length
     kind = "replay tall" if is_square else "replay"
+    file, does, told = f"{name}.html", "watch", "such a replay"
+    controller, made = "boids-adaptive", f"Replay of {name} under boids-adaptive"
+    if name in MOMENTS:
+        file, does, told = f"{file}#seed=1&t={MOMENTS[name]}", "play", "this page"
+        controller, made = "ssgikf", f"{name} under ssgikf: a world to play with"
     return (
-        f'<iframe class="{kind}" src="../replays/{name}.html" loading="lazy" '
-        f'title="Replay of {name} under {controller}"></iframe>\n\n'
-        f"`swarm-forage watch {name} {controller} --html {name}.html` makes such a replay.\n"
+        f'<iframe class="{kind}" src="../replays/{file}" loading="lazy" '
+        f'title="{made}"></iframe>\n\n'
+        f"`swarm-forage {does} {name} {controller} --html {name}.html` makes {told}.\n"
     )
 
 

@@ -39,8 +39,7 @@ def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -
     """Write the numbers of a scenario's faults, as kernels read them."""
     faults, areas = scenario.faults, scenario.areas
     for column, (_, kind) in enumerate(faults.kinds()):
-        n_faulty = math.floor(kind.share * scenario.task.n_robots + 0.5)
-        out_numbers["n_faulty"][..., column] = n_faulty
+        out_numbers["share"][..., column] = kind.share
         start = min(round(kind.at / scenario.tick), scenario.n_ticks + 1)
         out_numbers["starts"][..., column] = start
     out_numbers["areas"] = 0.0
@@ -96,9 +95,9 @@ def draw_fault(
 @kernel
 def is_drawn(numbers: FaultNumbers, seed: np.uint64, i: int, n_robots: int, kind: int) -> bool:
     """Robot i is among those that have a kind of fault, whose draws are lowest."""
-    n_faulty = numbers.n_faulty[kind]
-    if n_faulty == 0:
+    if numbers.share[kind] == 0.0:
         return False
+    n_faulty = math.floor(numbers.share[kind] * n_robots + 0.5)
     own, n_before = unit_of(first_word(seed, i, CAUSE) ^ OF_KINDS[kind]), 0
     for j in range(n_robots):
         other = unit_of(first_word(seed, j, CAUSE) ^ OF_KINDS[kind])

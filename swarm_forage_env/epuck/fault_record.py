@@ -24,8 +24,8 @@ NOT_AGREED, TURN_AGREED, PLACE_AGREED = range(3)
 class FaultNumbers(Record):
     """The numbers of a scenario's faults, as kernels read them."""
 
-    n_faulty: Int32[Array, " kinds"] = field(np.int32, N_KINDS)
-    """How many robots are drawn that have this fault, in the order of KINDS."""
+    share: Float64[Array, " kinds"] = field(np.float64, N_KINDS)
+    """Share of the robots that are drawn to have this fault, in the order of KINDS."""
 
     starts: Int32[Array, " kinds"] = field(np.int32, N_KINDS, unit="ticks")
     talks_when_dead: bool = field(np.bool_)

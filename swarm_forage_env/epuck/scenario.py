@@ -1,9 +1,10 @@
 """A scenario of e-pucks: every number that a world of them has, whatever their task is."""
 
-from typing import ClassVar, Self
+import json
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.epuck.faults import Faults
@@ -11,6 +12,8 @@ from swarm_forage_env.epuck.obstacles import Obstacle
 from swarm_forage_env.epuck.parts import Arena, Mission, Radio, Robot, Sensors
 from swarm_forage_env.epuck.room import check_memory, check_obstacles, check_speed, check_start
 from swarm_forage_env.parameters import MIN_TICK, BaseScenario, Positive
+
+AN_OBSTACLE = '[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]'
 
 
 class EpuckScenario(BaseScenario):
@@ -29,6 +32,19 @@ class EpuckScenario(BaseScenario):
     obstacles: tuple[Obstacle, ...] = Field(
         (), description="Discs and walls inside the arena [m]. Not in the papers (chosen)"
     )
+
+    @field_validator("obstacles", mode="before")
+    @classmethod
+    def _from_text(cls, obstacles: Any) -> Any:  # noqa: ANN401 whatever was given
+        """Obstacles as they are written on a command line, in JSON."""
+        if not isinstance(obstacles, str):
+            return obstacles
+        try:
+            return json.loads(obstacles)
+        except json.JSONDecodeError:
+            raise ValueError(
+                f"obstacles={obstacles}: must be a list in JSON, as {AN_OBSTACLE}"
+            ) from None
 
     @model_validator(mode="after")
     def _has_room_for_robots(self) -> Self:

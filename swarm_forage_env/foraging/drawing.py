@@ -126,7 +126,10 @@ def draw_column(
 
 
 run_ticks: Kernel
-"""Free name of the template below: the ticks of a world and its controller."""
+begin_worlds: Kernel
+observe: Kernel
+"""Free names of the template below: the ticks of a world and its controller, how it begins, and
+what a learner observes."""
 
 
 def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
@@ -134,17 +137,22 @@ def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
     layer_arrays: Arrays,
     modes: Int8[Array, " worlds"],
     trouble: Int64[Array, " worlds_and_one"],
+    starts: Arrays,
+    noise: int,
     n_ticks: int,
     out_columns: Float32[Array, "columns robots"],
     out_pairs: Int32[Array, "messages ends"],
+    observing: Arrays,
 ) -> int:
     """Run ticks of one world, and write what is drawn of it then; the number of messages heard.
 
-    A world that begins senses and observes before. `out_pairs` has sender and receiver of each
-    message of these ticks.
+    A world that BEGINS does so by its seed, and senses and observes before. `out_pairs` has sender
+    and receiver of each message of these ticks. `starts` and `noise` are those of `begin_worlds`;
+    `observing` is what `observe` takes, but the modes and which worlds.
     """
     robots, minds, n_heard = world_arrays[0], layer_arrays[0], 0
     if modes[0] == BEGINS:
+        begin_worlds(world_arrays, layer_arrays, starts, noise, modes, trouble)
         run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
         modes[0] = RUNS
     for _ in range(n_ticks):
@@ -156,4 +164,6 @@ def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
                 n_heard += 1
     for i in range(robots.shape[1]):
         draw_column(robots[0, i], minds[0, i].situation, i, out_columns)
+    fields, learners, scaling, beside, rows = observing
+    observe(fields, learners, scaling, beside, modes, rows, (0, 1))
     return n_heard

@@ -1,8 +1,9 @@
 """A playground: a page that runs its worlds itself, in WebAssembly, and draws them as a replay.
 
 The page is that of a replay. Where a replay has the recording of a swarm, this one has machine code
-and the first bytes of a world for each seed; a worker runs an episode of it when the page opens,
-and whenever the seed or a number is changed by a slider.
+and the memory of a world that begins; a worker runs an episode of it when the page opens, and
+whenever the seed or a number is changed. A visitor can take over a robot, which is then run tick by
+tick.
 """
 
 import base64
@@ -10,7 +11,8 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
-from swarm_forage_env.rendering.replay import Opening, about_of, page_of, part
+from swarm_forage_env.rendering.recording import Recording
+from swarm_forage_env.rendering.replay import Opening, about_of, element_of, page_of, part
 from swarm_forage_env.scene import Stage
 
 Patch = tuple[int, bytes]
@@ -27,10 +29,45 @@ class Slider:
     name: str
     """Of the parameter, as in `--set`."""
     label: str
-    unit: str
+    words: tuple[str, ...]
+    """The values as they are shown."""
     values: tuple[float, ...]
     usual: int
     """Which of the values is the scenario's."""
+    settings: tuple[tuple[str, ...], ...]
+    """What makes each value, as `--set` takes it; nothing where the controller has the number."""
+    shown: tuple[Mapping[str, object], ...]
+    """What each value changes of what the page knows of the stage."""
+
+
+@dataclass(frozen=True)
+class ArrayPlace:
+    """An array in the memory of a world: its size [byte] depends on how many robots there are."""
+
+    name: str
+    fixed: int = 0
+    per_robot: int = 0
+    per_pair: int = 0
+    is_kept: bool = False
+    """The image of the world holds it; others are zeros when it begins."""
+    same: str | None = None
+    """It lies where the array of this name does."""
+
+
+@dataclass(frozen=True)
+class Driving:
+    """How a visitor drives a robot: what is written to its record, and what a learner observes."""
+
+    size: int
+    """Of a record [byte]."""
+    offset: int
+    """Of the action in a record [byte]."""
+    action: bytes
+    """An action that takes over."""
+    wheels: int
+    """Offset of the speeds of the wheels in an action [byte]."""
+    observed: Sequence[tuple[str, str, float]]
+    """Name, unit and lower bound of each number of an observation."""
 
 
 @dataclass(frozen=True)
@@ -42,52 +79,71 @@ class Program:
     """As `#rrggbb`."""
     code: bytes
     """A module of WebAssembly that exports `swarm_run`, of `foraging.drawing.run_and_draw`."""
-    images: Sequence[bytes]
-    """The memory of a world that is about to begin, for each seed."""
-    sizes: tuple[int, ...]
-    """Of the arrays of which a memory consists [byte]."""
+    image: bytes
+    """The arrays that are kept, one after the other, as a world begins with them."""
+    arrays: Sequence[ArrayPlace]
+    """All arrays, in the order in which `swarm_run` takes them."""
+    widths: Sequence[int]
+    """Numbers that it takes after that of the robots: widths of arrays."""
     patches: Mapping[str, Sequence[Sequence[Patch]]]
-    """What each value of a slider writes into the memory, by the slider's name."""
+    """What each value of a slider writes into the image, by the slider's name."""
+    numbers: Sequence[str]
+    """The sliders that change a number of its controller."""
+    driving: Driving
 
     def about(self) -> dict[str, object]:
         """What the page must know of it."""
         return {
             "controller": self.controller,
             "colour": self.colour,
-            "sizes": self.sizes,
             "codeSize": len(self.code),
+            "arrays": [asdict(each) for each in self.arrays],
+            "widths": self.widths,
+            "numbers": self.numbers,
+            "driving": asdict(self.driving) | {"action": _text(self.driving.action)},
             "patches": {
-                name: [
-                    [(at, base64.b64encode(written).decode("ascii")) for at, written in each]
-                    for each in several
-                ]
+                name: [[(at, _text(written)) for at, written in each] for each in several]
                 for name, several in self.patches.items()
             },
         }
 
 
-def playground(
+def _text(content: bytes) -> str:
+    return base64.b64encode(content).decode("ascii")
+
+
+def playground(  # noqa: PLR0913 what a page is made of
     stage: Stage,
-    command: str,
+    command: tuple[str, str],
     programs: Sequence[Program],
     sliders: Sequence[Slider],
     columns: Sequence[str],
     every: int,
+    replays: Sequence[Recording],
 ) -> str:
-    """The HTML page; `columns` are what a program writes of a robot, `every` so many ticks."""
-    ticks, most_heard = round(stage.duration / stage.tick), stage.n_robots * (stage.n_robots - 1)
-    shown = [each for each in columns if each != "faulty" or stage.has_faults]
-    about = about_of(stage, command, Opening()) | {
-        "seed": 0,
+    """The HTML page; `columns` are what a program writes of a robot, `every` so many ticks.
+
+    `command` is what makes the same episode in a terminal, up to its controllers and after them.
+    `replays` are shown where there is no WebAssembly, one for each program.
+    """
+    ticks = round(stage.duration / stage.tick)
+    packs = [recording.pack() for recording in replays]
+    others = [f'<script type="text/plain" id="machine">{part("machine.js")}</script>']
+    others += [element_of(f"replay-{k}", packed) for k, (_, packed) in enumerate(packs)]
+    about = about_of(stage, "", Opening()) | {
         "frames": -(-ticks // every) + 1,
         "every": every,
-        "columns": [{"name": name} for name in shown],
+        "columns": [{"name": name} for name in columns],
+        "hasFaults": stage.has_faults,
         "live": {
             "ticks": ticks,
             "columns": columns,
-            "heard": every * most_heard,
-            "seeds": len(programs[0].images),
+            "command": command,
             "sliders": [asdict(each) for each in sliders],
+            "replays": [
+                about | {"every": recording.every * every}
+                for recording, (about, _) in zip(replays, packs, strict=True)
+            ],
         },
     }
     names = " and ".join(each.controller for each in programs)
@@ -95,7 +151,7 @@ def playground(
         f"{stage.scenario} · {names}",
         about,
         [each.about() for each in programs],
-        [zlib.compress(each.code + b"".join(each.images), 9) for each in programs],
+        [zlib.compress(each.code + each.image, 9) for each in programs],
         ALLOWED,
-        f'<script type="text/plain" id="machine">{part("machine.js")}</script>',
+        "\n".join(others),
     )

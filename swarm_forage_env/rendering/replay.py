@@ -18,7 +18,7 @@ from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING
 from swarm_forage_env.rendering.recording import Recording
 from swarm_forage_env.rendering.trails import JUST_NOW, TRAIL
-from swarm_forage_env.scene import EXPLORING, STATES, WITHIN, Scene, Stage
+from swarm_forage_env.scene import EXPLORING, STATES, WITHIN, Outline, Scene, Stage
 
 BUDGET = 6_000_000
 """Size that a file should not exceed [byte]; the time between frames follows."""
@@ -26,7 +26,7 @@ BUDGET = 6_000_000
 BYTES_PER_ROBOT = 12
 """A robot in one frame takes about this much of the file [byte]; es1 and es3 take less."""
 
-SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "live", "player")
+SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "drive", "live", "player")
 """The page's scripts, in the order they are read."""
 
 
@@ -123,7 +123,9 @@ def page_of(
         also=also,
         style=part("replay.css"),
         about=told.replace("<", "\\u003c"),
-        recordings="\n".join([*(_script(k, each) for k, each in enumerate(packed)), others]),
+        recordings="\n".join(
+            [*(element_of(f"recording-{k}", each) for k, each in enumerate(packed)), others]
+        ),
         script="\n".join(part(f"{name}.js") for name in SCRIPTS),
     )
 
@@ -145,10 +147,7 @@ def about_of(stage: Stage, command: str, opening: Opening) -> dict[str, object]:
         "areaRadius": stage.area_radius,
         "startRadius": stage.start_radius,
         "corners": stage.corners.tolist(),
-        "obstacles": [
-            {"points": each.points.tolist(), "radius": each.radius, "closed": each.is_closed}
-            for each in stage.obstacles
-        ],
+        "obstacles": obstacles_shown(stage.obstacles),
         "robotRadius": stage.robot_radius,
         "robots": stage.n_robots,
         "tick": stage.tick,
@@ -160,6 +159,14 @@ def about_of(stage: Stage, command: str, opening: Opening) -> dict[str, object]:
         "ring": P_RING,
         "colours": _colours(),
     }
+
+
+def obstacles_shown(obstacles: Sequence[Outline]) -> list[dict[str, object]]:
+    """Obstacles as a page draws them."""
+    return [
+        {"points": each.points.tolist(), "radius": each.radius, "closed": each.is_closed}
+        for each in obstacles
+    ]
 
 
 def _colours() -> dict[str, str | list[str]]:
@@ -196,9 +203,8 @@ def _css(colour: palette.Colour) -> str:
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
-def _script(which: int, packed: bytes) -> str:
-    """The element that holds the packed recording of a swarm."""
-    name = f"recording-{which}" if which else "recording"
+def element_of(name: str, packed: bytes) -> str:
+    """The element of a page that holds packed numbers, as those of a swarm."""
     text = base64.b64encode(packed).decode("ascii")
     return f'<script type="text/plain" id="{name}">{text}</script>'
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.epuck.obstacles import is_inside
+from swarm_forage_env.epuck.obstacles import Obstacle, is_inside
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.arenas import SHAPES, mg1
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -207,3 +207,11 @@ def test_a_file_names_obstacles_and_corners(tmp_path):
         {"points": ((0.0, 0.4),), "radius": 0.1, "is_closed": False},
     ]
     assert len(found.arena.corners) == 4
+
+
+def test_obstacles_are_read_from_a_command_line():
+    text = '[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]'
+    (found,) = find_scenario("es1", {"obstacles": text}).obstacles
+    assert found == Obstacle(points=((0.4, -0.1), (0.4, 0.1)), radius=0.01)
+    with pytest.raises(ConfigError, match="obstacles=wall: must be a list in JSON, as "):
+        find_scenario("es1", {"obstacles": "wall"})

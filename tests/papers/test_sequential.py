@@ -130,7 +130,7 @@ def test_episodes_are_added_to_open_claims_alone_until_all_are_decided(episodes)
     assert asked[0] == ((A, B), 30)
     assert [n for _, n in asked] == list(LOOKS)
     assert json.loads(sequential.to_json(found))[0]["decision"] == "holds"
-    assert sequential.count(found) == "Of 3 claims 2 holds, 0 equivalent, 1 undecided, 0 fails"
+    assert sequential.count(found) == "Of 3 claims 2 hold, 0 are equivalent, 1 is undecided, 0 fail"
     assert "| close | > 1 | " in report._decided(found)
 
 

@@ -11,6 +11,11 @@ const arena = {
   /* World [m] to CSS pixels of the canvas. */
   place(x, y) { return [this.middle[0] + x * this.scale, this.middle[1] - y * this.scale]; },
 
+  /* CSS pixels of the canvas to the world [m]. */
+  point(left, top) {
+    return [(left - this.middle[0]) / this.scale, (this.middle[1] - top) / this.scale];
+  },
+
   get robotSize() { return Math.max(about.robotRadius * this.scale, SMALLEST); },
 
   /* A canvas for each swarm, side by side and named. */

@@ -34,9 +34,9 @@ function decoded(bytes, { low, step }, robots, frames) {
 const swarms = [about, ...about.beside];
 
 /* The episode of a swarm: times [s], places [m], headings [rad]; columns hold robot * frames + frame. */
-async function loaded({ messages, columns }, which) {
+async function loaded({ messages, columns }, id) {
   const { frames, robots } = about;
-  const buffer = await inflated(element(which ? `recording-${which}` : "recording").textContent);
+  const buffer = await inflated(element(id).textContent);
   let at = 0;
   const take = (Kind, count) => {
     const part = new Kind(buffer, at, count);
@@ -57,3 +57,7 @@ async function loaded({ messages, columns }, which) {
   for (let i = 0; i < robots * frames; i++) episode.total[i % frames] += scored[i];
   return episode;
 }
+
+/* The episodes of all swarms from the elements of this name. */
+const recorded = (name) =>
+  Promise.all(swarms.map((swarm, which) => loaded(swarm, `${name}-${which}`)));

@@ -1,5 +1,5 @@
-/* A worker: it runs a whole episode in WebAssembly, from the memory of a world that is about to begin. */
-let machine = null, plan = null, images = null;
+/* A worker: it runs one world in WebAssembly, whole episodes or, with a driven robot, some ticks at a time. */
+let machine = null, plan = null, image = null, world = null;
 
 const bytes = () => new Uint8Array(machine.memory.buffer);
 const numbers = () => new DataView(machine.memory.buffer);
@@ -13,35 +13,39 @@ function __multi3(at, a, aUpper, b, bUpper) {
   numbers().setBigUint64(at + 8, BigInt.asUintN(64, product >> 64n), true);
 }
 
-/* Where each array of the world lies, and behind them what it is asked for. */
-function places() {
-  const { sizes, columns, robots, heard } = plan;
-  const arrays = [];
-  let at = aligned(machine.__heap_base.value);
-  for (const size of sizes) {
-    arrays.push(at);
-    at += size;
+/* Where each array of a world of so many robots lies, by name; behind them what comes back. */
+function places(robots) {
+  const at = {};
+  let end = aligned(machine.__heap_base.value);
+  for (const { name, fixed, per_robot, per_pair, same } of plan.arrays) {
+    at[name] = same ? at[same] : end;
+    end = aligned(end + fixed + robots * per_robot + robots * robots * per_pair);
   }
-  const drawn = at, pairs = aligned(drawn + 4 * columns.length * robots);
-  const count = aligned(pairs + 8 * heard);
-  return { arrays, drawn, pairs, count, end: count + 64 };
+  return { at, count: end, end: end + 64 };
 }
 
-/* A world is set up from the bytes of its seed, in which the chosen numbers are written. */
-function begin({ arrays, end }, { seed, patches }) {
+/* A world is set up from its image, in which the chosen numbers are written; its robots are placed
+   by its seed when it runs. */
+function begin({ robots, seed, patches }) {
+  const { at, count, end } = places(robots);
   const missing = end - machine.memory.buffer.byteLength;
   if (missing > 0) machine.memory.grow(Math.ceil(missing / 65536));
-  const size = plan.sizes.reduce((sum, each) => sum + each, 0);
-  const memory = bytes();
-  memory.set(images.subarray(seed * size, (seed + 1) * size), arrays[0]);
-  for (const [offset, written] of patches) memory.set(written, arrays[0] + offset);
+  const kept = image.slice();
+  for (const [offset, written] of patches) kept.set(written, offset);
+  const memory = bytes().fill(0, aligned(machine.__heap_base.value), end);
+  let from = 0;
+  for (const { name, fixed, is_kept } of plan.arrays) {
+    if (!is_kept) continue;
+    memory.set(kept.subarray(from, from + fixed), at[name]);
+    from += fixed;
+  }
+  numbers().setBigUint64(at.seeds, BigInt(seed), true);
+  world = { at, count, robots, done: 0, found: room(robots), heard: [] };
 }
 
-function episode(asked) {
-  const { columns, robots, every, ticks, tick } = plan;
-  const at = places();
-  begin(at, asked);
-  const frames = Math.ceil(ticks / every) + 1;
+/* Room for all frames of an episode. */
+function room(robots) {
+  const { columns, every, ticks } = plan, frames = Math.ceil(ticks / every) + 1;
   const found = {
     times: new Float32Array(frames),
     share: new Float32Array(frames),
@@ -49,32 +53,123 @@ function episode(asked) {
     heardUpTo: new Uint32Array(frames),
   };
   for (const name of columns) found[name] = new Float32Array(robots * frames);
-  const heard = [];
-  for (let frame = 0, done = 0; frame < frames; frame++) {
-    const more = frame ? Math.min(every, ticks - done) : 0;
-    const status = machine.swarm_run(
-      at.count, at.count + 16, ...at.arrays, at.drawn, at.pairs, BigInt(more));
-    if (status) throw new Error(`the world stopped after ${(done * tick).toFixed(1)} s`);
-    done += more;
-    found.times[frame] = done * tick;
-    const drawn = new Float32Array(machine.memory.buffer, at.drawn, columns.length * robots);
-    columns.forEach((name, k) => {
-      for (let i = 0; i < robots; i++) found[name][i * frames + frame] = drawn[k * robots + i];
-    });
-    const sum = (name) =>
-      Array.from({ length: robots }, (_, i) => found[name][i * frames + frame]).reduce((a, b) => a + b);
-    found.total[frame] = sum("trips");
-    found.share[frame] = sum("knowsWay") / robots;
-    const messages = Number(numbers().getBigInt64(at.count, true));
-    const pairs = new Int32Array(machine.memory.buffer, at.pairs, 2 * messages);
-    const once = new Set();
-    for (let k = 0; k < messages; k++) once.add(pairs[2 * k] * 65536 + pairs[2 * k + 1]);
-    once.forEach((pair) => heard.push(Math.floor(pair / 65536), pair % 65536));
-    found.heardUpTo[frame] = heard.length / 2;
-  }
-  found.pairs = new Uint16Array(heard);
   return found;
 }
+
+function runTicks(ticks) {
+  const { at, count, robots } = world;
+  const pointers = plan.arrays.map(({ name }) => at[name]);
+  const given = [robots, ...plan.widths, ticks].map(BigInt);
+  const status = machine.swarm_run(count, count + 16, ...pointers, ...given);
+  const trouble = numbers().getBigInt64(at.trouble + 8, true);
+  if (status || trouble) throw new Error(`the world stopped after ${(world.done * plan.tick).toFixed(1)} s`);
+  world.done += ticks;
+  const messages = Number(numbers().getBigInt64(count, true));
+  const pairs = new Int32Array(machine.memory.buffer, at.pairs, 2 * messages);
+  for (let k = 0; k < messages; k++) world.heard.push(pairs[2 * k] * 65536 + pairs[2 * k + 1]);
+}
+
+/* The robots now: a number of each for each column. */
+const drawn = () => new Float32Array(machine.memory.buffer, world.at.columns, plan.columns.length * world.robots);
+
+/* Keep the robots as a frame. */
+function keepFrame(frame) {
+  const { robots, found } = world, columns = drawn(), frames = found.times.length;
+  found.times[frame] = world.done * plan.tick;
+  const sum = { trips: 0, knowsWay: 0 };
+  plan.columns.forEach((name, k) => {
+    for (let i = 0; i < robots; i++) {
+      found[name][i * frames + frame] = columns[k * robots + i];
+      if (name in sum) sum[name] += columns[k * robots + i];
+    }
+  });
+  found.total[frame] = sum.trips;
+  found.share[frame] = sum.knowsWay / robots;
+  const before = world.pairs ?? [];
+  new Set(world.heard).forEach((pair) => before.push(Math.floor(pair / 65536), pair % 65536));
+  world.pairs = before;
+  world.heard = [];
+  found.heardUpTo[frame] = before.length / 2;
+}
+
+/* Run to a tick, and keep the frames on the way. */
+function runTo(end) {
+  if (world.done === 0) {
+    runTicks(0);
+    keepFrame(0);
+  }
+  while (world.done < end) {
+    const next = Math.min(Math.floor(world.done / plan.every + 1) * plan.every, plan.ticks);
+    runTicks(Math.min(next, end) - world.done);
+    if (world.done === next) keepFrame(Math.ceil(next / plan.every));
+  }
+}
+
+function episode(asked) {
+  begin(asked);
+  runTo(plan.ticks);
+  return { ...world.found, pairs: new Uint16Array(world.pairs) };
+}
+
+/* A copy of the frames so far, from whose end on everything stands still. */
+function soFar() {
+  const { found, pairs } = world, frames = found.times.length;
+  const last = Math.floor(world.done / plan.every), copy = {};
+  for (const [name, values] of Object.entries(found)) {
+    copy[name] = values.slice();
+    for (let first = 0; first < copy[name].length; first += frames) {
+      copy[name].fill(copy[name][first + last], first + last + 1, first + frames);
+    }
+  }
+  for (let frame = last + 1; frame < frames; frame++) {
+    copy.times[frame] = Math.min(frame * plan.every, plan.ticks) * plan.tick;
+  }
+  return { ...copy, pairs: new Uint16Array(pairs) };
+}
+
+/* Write what a visitor commands to the record of a robot: its wheels, or nothing any more. */
+function command({ robot, wheels }) {
+  const { size, offset, action, wheels: within } = plan.driving;
+  const at = world.at.robots + robot * size + offset;
+  bytes().set(wheels ? action : new Uint8Array(action.length), at);
+  if (!wheels) return;
+  wheels.forEach((speed, k) => numbers().setFloat32(at + within + 4 * k, speed, true));
+}
+
+/* Drive a robot for some ticks; what is drawn then, and what a learner in its place observes. */
+function drive({ robot, wheels, ticks }) {
+  numbers().setBigInt64(world.at.learners, BigInt(robot), true);
+  command({ robot, wheels });
+  runTo(Math.min(world.done + ticks, plan.ticks));
+  const { at } = world, seen = plan.driving.observed.length;
+  const columns = drawn(), now = {};
+  plan.columns.forEach((name, k) => {
+    now[name] = columns.slice(k * world.robots, (k + 1) * world.robots);
+  });
+  const frame = Math.floor(world.done / plan.every), isNew = frame !== world.told;
+  world.told = frame;
+  return {
+    now,
+    time: world.done * plan.tick,
+    observed: new Float32Array(machine.memory.buffer, at.seen, seen).slice(),
+    episode: isNew ? soFar() : null,
+  };
+}
+
+const ASKED = {
+  episode,
+  start(asked) {
+    begin(asked);
+    runTo(asked.ticks);
+    return drive({ ...asked, wheels: null, ticks: 0 });
+  },
+  drive,
+  end({ robot }) {
+    command({ robot, wheels: null });
+    runTo(plan.ticks);
+    return { ...world.found, pairs: new Uint16Array(world.pairs) };
+  },
+};
 
 let ready = null;
 
@@ -85,14 +180,13 @@ async function prepare({ code }) {
 
 onmessage = async ({ data }) => {
   if (data.code) {
-    ({ plan, images } = data);
+    ({ plan, image } = data);
     ready = prepare(data);
     return;
   }
   try {
     await ready;
-    const found = episode(data);
-    postMessage({ asked: data.asked, found }, Object.values(found).map((each) => each.buffer));
+    postMessage({ asked: data.asked, found: ASKED[data.what](data) });
   } catch (error) {
     postMessage({ asked: data.asked, reason: error.message });
   }

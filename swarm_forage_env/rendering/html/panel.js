@@ -19,9 +19,7 @@ const panel = {
     }));
     if (swarms.length > 1) element("legend").prepend(this.headOfLegend());
     element("fault-sign").hidden = !about.columns.some((column) => column.name === "faulty");
-    for (let robot = 0; robot < about.robots; robot++) {
-      element("robot").add(new Option(String(robot), String(robot)));
-    }
+    this.listRobots();
     const gap = (about.tick * about.every).toFixed(1);
     element("sampling").textContent = about.live
       ? `This page runs the world itself, in WebAssembly, and draws every ${gap} s of it.`
@@ -29,6 +27,12 @@ const panel = {
       ? `Every tick of ${gap} s is kept.`
       : `To keep the file small, one frame is kept every ${gap} s (${about.every} ticks); `
         + "robots move on straight lines between.";
+  },
+
+  listRobots() {
+    const names = Array.from({ length: about.robots }, (_, robot) => String(robot));
+    const options = names.map((name) => new Option(name, name));
+    element("robot").replaceChildren(new Option("none", ""), ...options);
   },
 
   /* Which column counts which swarm. */
@@ -73,6 +77,7 @@ const panel = {
     clock.replaceChildren(clockText(view.time), whole);
     element("robot").value = view.focus ?? "";
     this.card();
+    if (about.live) drive.draw();
   },
 
   /* How many robots of a swarm are doing what. */

@@ -1,5 +1,5 @@
 /* Play, pause, scrub, choose: everything that changes what is shown. */
-const SPEEDS = [1, 2, 5, 10, 20, 50, 100];
+const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200];
 const ICONS = { play: "M4 2.5v11l9-5.5z", pause: "M3.5 2.5h3.2v11H3.5zM9.3 2.5h3.2v11H9.3z" };
 
 const player = {
@@ -23,6 +23,10 @@ const player = {
     if (!view.playing) return;
     const passed = Math.min((now - this.before) / 1000, 0.25);
     this.before = now;
+    if (view.driving) {
+      drive.advance(Math.max(passed, 0) * view.speed);
+      return;
+    }
     view.time = Math.min(view.time + Math.max(passed, 0) * view.speed, view.end);
     if (view.time >= view.end) this.play(false);
   },
@@ -37,6 +41,7 @@ const player = {
   },
 
   seek(time) {
+    drive.letGo();
     view.time = Math.min(Math.max(time, view.start), view.end);
     this.refresh();
   },
@@ -58,6 +63,7 @@ const player = {
   },
 
   choose(robot) {
+    if (view.driving && robot !== view.driving.robot) drive.letGo();
     view.chosen = robot;
     this.refresh();
   },
@@ -100,6 +106,7 @@ function onKey(event) {
   const tag = event.target.tagName;
   if (tag === "SELECT" || (tag === "BUTTON" && event.key === " ")) return;
   if (event.target.closest(".world") && event.key.startsWith("Arrow")) return;
+  if (drive.onKey(event, true)) return;
   const act = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (!act) return;
   event.preventDefault();
@@ -120,6 +127,7 @@ function listenToControls() {
   element("robot").onchange = ({ target }) =>
     player.choose(target.value === "" ? null : Number(target.value));
   document.addEventListener("keydown", onKey);
+  document.addEventListener("keyup", (event) => drive.onKey(event, false));
 }
 
 function listenToArena(canvas, which) {
@@ -139,7 +147,9 @@ function listenToArena(canvas, which) {
     if (event.pointerType !== "touch") hover(robotAtPointer(event));
   };
   canvas.onpointerleave = () => hover(null);
+  drive.listenTo(canvas, which);
   canvas.onclick = (event) => {
+    if (view.driving) return;
     const robot = robotAtPointer(event);
     player.choose(robot === view.chosen ? null : robot);
   };
@@ -158,12 +168,18 @@ function listenToCanvases() {
 }
 
 async function begin() {
+  const isReplay = about.live && typeof WebAssembly === "undefined";
+  if (isReplay) live.becomeReplay();
   colourSwarms();
   panel.prepare();
   arena.prepare();
-  if (about.live) await live.prepare();
-  view.episodes = about.live ? await live.episodes() : await Promise.all(swarms.map(loaded));
-  view.time = view.start;
+  if (about.live) {
+    await live.prepare();
+    live.show(await live.episodes());
+  } else {
+    view.episodes = await recorded(isReplay ? "replay" : "recording");
+  }
+  view.time = Math.min(Math.max(view.time, view.start), view.end);
   view.speed = about.speed;
   view.chosen = about.select;
   element("arenas").style.setProperty("--aspect", `${about.length} / ${about.width}`);

@@ -7,6 +7,7 @@ const view = {
   playing: false,
   hovered: null,
   chosen: null,
+  driving: null, // the robot that a visitor drives: its swarm, and the robots as they are now
   show: { trails: true, messages: true, beliefs: false },
 
   get episode() { return this.episodes[this.swarm] ?? null; },
@@ -84,34 +85,40 @@ function frameAt(time) {
 
 /* A robot at the present time, between two frames on the straight line from one to the other. */
 function robotAt(robot) {
-  const { episode, last } = view;
+  const { episode, last, driving } = view;
+  if (driving?.now && driving.swarm === view.swarm) {
+    return asDrawn(robot, driving.now, robot, robot, 0);
+  }
   const next = Math.min(last + 1, about.frames - 1);
   const gap = episode.times[next] - episode.times[last];
   const share = gap > 0 ? Math.min(Math.max((view.time - episode.times[last]) / gap, 0), 1) : 0;
-  const a = robot * about.frames + last, b = robot * about.frames + next;
-  const between = (name) => episode[name][a] + share * (episode[name][b] - episode[name][a]);
-  const turn = episode.heading[b] - episode.heading[a];
-  const own = about.goals ? goalsOf(robot, a, between) : foragingOf(a, b, between);
+  return asDrawn(robot, episode, robot * about.frames + last, robot * about.frames + next, share);
+}
+
+/* A robot at a share of the way between two places of columns. */
+function asDrawn(robot, columns, a, b, share) {
+  const between = (name) => columns[name][a] + share * (columns[name][b] - columns[name][a]);
+  const turn = columns.heading[b] - columns.heading[a];
+  const own = about.goals ? goalsOf(robot, a, between) : foragingOf(columns, a, b, between);
   return {
     robot,
     x: between("x"),
     y: between("y"),
-    heading: episode.heading[a] + share * Math.atan2(Math.sin(turn), Math.cos(turn)),
-    doing: episode.doing[a],
-    faulty: Boolean(episode.faulty?.[a]),
+    heading: columns.heading[a] + share * Math.atan2(Math.sin(turn), Math.cos(turn)),
+    doing: columns.doing[a],
+    faulty: Boolean(columns.faulty?.[a]),
     ...own,
   };
 }
 
 /* What a robot that forages has done and believes. */
-function foragingOf(a, b, between) {
-  const { episode } = view;
+function foragingOf(columns, a, b, between) {
   return {
-    trips: episode.trips[a],
+    trips: columns.trips[a],
     beliefs: AREAS.map((area, bit) => {
-      if (!(episode.known[a] & (1 << bit))) return null;
-      const along = episode.known[b] & (1 << bit) ? between : (name) => episode[name][a];
-      const place = { x: along(area + "X"), y: along(area + "Y"), p: episode[area + "P"][a] };
+      if (!(columns.known[a] & (1 << bit))) return null;
+      const along = columns.known[b] & (1 << bit) ? between : (name) => columns[name][a];
+      const place = { x: along(area + "X"), y: along(area + "Y"), p: columns[area + "P"][a] };
       const [x, y] = nearestArea(bit, place);
       return { ...place, off: Math.hypot(place.x - x, place.y - y) };
     }),

@@ -12,7 +12,7 @@ def parts(page):
     """What the page says about its recording, and the packed recording."""
     about, recording = (
         re.search(rf'id="{name}">(.*?)</script>', page, re.DOTALL)[1]
-        for name in ("about", "recording")
+        for name in ("about", "recording-0")
     )
     return json.loads(about), base64.b64decode(recording)
 

@@ -502,7 +502,7 @@ def test_a_browser_too_old_says_so(opened):
 
 def test_a_damaged_file_says_so(opened, file):
     text = file.read_text(encoding="utf-8")
-    start = text.index(">", text.index('id="recording"')) + 1
+    start = text.index(">", text.index('id="recording-0"')) + 1
     file.with_name("damaged.html").write_text(text[: start + 400] + text[start + 800 :])
     page = opened(path=file.with_name("damaged.html"))
     notice = page.get_by_role("alert")

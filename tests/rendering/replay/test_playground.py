@@ -1,5 +1,9 @@
 """A playground runs worlds in Chromium as they run here, bit for bit as far as it shows them."""
 
+import json
+import shlex
+from base64 import b64decode
+
 import numpy as np
 import pytest
 
@@ -8,7 +12,10 @@ from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.play import write_playground
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import KEEP
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.chromium import CHROMIUM, MISSING, launched_browser  # noqa: F401 the fixture browser
@@ -16,6 +23,7 @@ from tests.rendering.replay.test_browser import LOADED, opened, until  # noqa: F
 
 CONTROLLERS = "ssgiff", "learned-both"
 SHORT = "task.duration=600"
+WALLS = [{"points": [[x, -0.1], [x, 0.1]], "radius": 0.01} for x in (-0.425, 0.425)]
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=MISSING)
 
 
@@ -23,8 +31,7 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=MISSING)
 def file(tmp_path_factory):
     pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
     found = tmp_path_factory.mktemp("page") / "play.html"
-    options = EvaluateOptions("es1", CONTROLLERS, 4, 0, [SHORT], "kinematic")
-    write_playground(options, found)
+    write_playground(EvaluateOptions("es1", CONTROLLERS, 1, 0, [SHORT], "kinematic"), found)
     return found
 
 
@@ -48,22 +55,97 @@ TRIPS = "view.episodes.map(({ total }) => total[about.frames - 1])"
 @pytest.mark.browser
 @needs_chromium
 def test_the_page_makes_the_round_trips_that_evaluate_makes(page):
-    for seed in (0, 2, 3):
-        page.select_option("#seed", str(seed))
+    for seed in (2, 2**53 - 1, 0):
+        page.fill("#seed", str(seed))
+        page.press("#seed", "Enter")
         until(page, f"location.hash === '#seed={seed}' && live.waiting.size === 0")
         assert page.evaluate(TRIPS) == trips_here(seed)
 
 
+CHOSEN = {
+    "&radio.max_range=0.3&weighting.beta=0.02": ({"radio.max_range": 0.3}, ":beta=0.02"),
+    "&task.n_robots=50": ({"task.n_robots": 50, "task.start_radius": 0.354}, ""),
+    "&task.n_robots=20&faults.liar.share=0.3": (
+        {"task.n_robots": 20, "faults.liar.share": 0.3}, ""),
+    "&obstacles=1": ({"obstacles": json.dumps(WALLS)}, ""),
+}  # fmt: skip
+"""Addresses, and what they change of the scenario and of the first controller."""
+
+
 @pytest.mark.browser
 @needs_chromium
-def test_an_address_chooses_seed_and_numbers(opened, file):  # noqa: F811 the fixture
-    address = f"{file.as_uri()}#seed=1&radio.max_range=0.3&weighting.beta=0.02"
+@pytest.mark.parametrize("address", CHOSEN)
+def test_an_address_chooses_seed_and_numbers(opened, file, address):  # noqa: F811 the fixture
     page = opened(path=file)
-    page.goto(address)
-    page.reload()
+    page.goto("about:blank")
+    page.goto(f"{file.as_uri()}#seed=1{address}&t=300")
     until(page, LOADED)
-    assert page.evaluate("element('radio.max_range-value').textContent") == "0.3 m"
-    assert page.evaluate(TRIPS) == trips_here(1, {"radio.max_range": 0.3}, ":beta=0.02")
+    numbers, changes = CHOSEN[address]
+    assert page.evaluate("view.time") == 300
+    assert page.evaluate(TRIPS) == trips_here(1, numbers, changes)
+    told = shlex.split(page.evaluate("element('command').textContent"))
+    assert told[:3] == ["swarm-forage", "evaluate", "es1"]
+    assert {f"{name}={value}" for name, value in numbers.items()} <= {*told}
+    assert page.evaluate("arena.robotNear(...arena.place(robotAt(4).x, robotAt(4).y))") == 4
+
+
+@pytest.mark.browser
+@needs_chromium
+def test_a_visitor_drives_a_robot_as_a_learner_does_and_sees_what_it_sees(page):
+    page.evaluate("player.play = () => {}")  # ticks are run by this test alone
+    page.evaluate("view.chosen = 3; player.seek(60)")
+    page.evaluate("drive.takeOver()")
+    until(page, "view.driving?.now != null")
+    ticks = page.evaluate("Math.round(view.time / about.tick)")
+    page.evaluate("drive.ask('drive', { robot: 3, wheels: [0.25, 1], ticks: 7 })")
+    until(page, f"Math.round(view.time / about.tick) === {ticks + 7}")
+    loop = Loop(find_scenario("es1"), find_controller(CONTROLLERS[0]), [0], "kinematic")
+    form = PolicyForm([loop.world.scenario], EnvConfig(learn="motion"))
+    loop.run(ticks)
+    action = loop.world.robots["action"]
+    form.hand_over(action, dict.fromkeys(("motion", "weighting"), (0, 3)))
+    action["wheels"][0, 3] = 0.25, 1.0
+    loop.run(7)
+    own, raw = Loop.memory.to_device(np.zeros(1, np.int8)), np.zeros((1, 1, 2), np.float32)
+    observed = form.observing(loop, [3])(raw, own, lambda: np.ones(1))
+    assert page.evaluate("Array.from(view.driving.observed)") == observed.ravel().tolist()
+    shown = page.evaluate("[robotAt(3).x, robotAt(3).y, robotAt(9).x]")
+    poses = loop.world.robots["pose"][0].astype(np.float32)
+    assert shown == [poses[3, 0], poses[3, 1], poses[9, 0]]
+    page.evaluate("drive.letGo()")
+    until(page, "live.waiting.size === 0 && view.driving === null")
+    action["motion"][0, 3], action["has_reflexes"][0, 3] = KEEP, False
+    action["is_walking"][0, 3], action["wheels"][0, 3] = False, 0.0
+    loop.run(6000 - ticks - 7)
+    assert page.evaluate(TRIPS)[0] == loop.world.robots["round_trips"].sum()
+
+
+@pytest.mark.browser
+@needs_chromium
+def test_without_web_assembly_a_recording_is_played(browser, file):
+    page = browser.new_page()
+    page.add_init_script("delete WebAssembly")
+    page.goto(file.as_uri())
+    until(page, LOADED)
+    assert page.evaluate("view.end") == 300
+    assert "no WebAssembly" in page.inner_text("#notice")
+    assert page.evaluate(TRIPS) == trips_here(0, {"task.duration": 300.0})
+    page.close()
+
+
+def test_no_two_sliders_write_the_same_bytes(file):
+    text = file.read_text()
+    about = json.loads(
+        text[text.index(">", text.index('id="about"')) + 1 :].partition("</script>")[0]
+    )
+    for swarm in (about, *about["beside"]):
+        written = {
+            name: {
+                at + k for each in several for at, put in each for k in range(len(b64decode(put)))
+            }
+            for name, several in swarm["patches"].items()
+        }
+        assert sum(map(len, written.values())) == len(set.union(*written.values())) > 0
 
 
 @pytest.mark.browser
