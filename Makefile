@@ -14,7 +14,7 @@ REPLAYS := $(patsubst %,build/replays/waypoints-%.html,05 10 25 50)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
-	test-cuda test-targets check lint dist golden coverage bench bench-cuda ladder reproduce pictures score-plot scores docs \
+	test-cuda test-targets check lint dist golden coverage bench bench-cuda ladder reproduce pictures model-cards score-plot scores docs \
 	docs-serve docs-equations counts clean
 
 help:  ## list the targets
@@ -67,6 +67,9 @@ demo: $(LIGHT)  ## evaluate three baselines on es1: table, boxplot, dataset, rep
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf ssgiff:beta=0.001 --episodes 30 \
 		--workers $(WORKERS) --out runs/demo --plot runs/demo.png
 	$(BIN)/swarm-forage watch es1 ssgikf --seconds 600 --html runs/demo.html
+
+model-cards: .venv-docs/.ready  ## a card of each bundled policy, as the Hugging Face Hub takes it: build/model-cards/
+	cd docs/hooks && $(CURDIR)/.venv-docs/bin/python model_cards.py $(CURDIR)/build/model-cards
 
 score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff:beta=0.001 ssgiff dsgiff \

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import card_tables
+import model_cards
 
 from swarm_forage_env import parallel_env
 from swarm_forage_env.envs.registration import NAMES
@@ -54,14 +55,20 @@ def pages() -> dict[str, str]:
         found[f"environments/{name}.md"] = _scenario_card(name)
     for rung in read_rungs().values():
         found[f"environments/ladder-{rung.name}.md"] = _rung_card(rung)
-    return found
+    return found | model_cards.pages()
 
 
 def navigation() -> list[object]:
     """Entries of the navigation for all cards."""
     ladder = [{_rung_title(r): f"environments/ladder-{r.name}.md"} for r in read_rungs().values()]
     worlds = [{name: f"environments/{name}.md"} for name in _scenarios()]
-    return ["environments/index.md", {"Scenarios": worlds}, {"Tasks of the ladder": ladder}]
+    policies = [{name: f"policies/{name}.md"} for name in model_cards.NAMES]
+    return [
+        "environments/index.md",
+        {"Scenarios": worlds},
+        {"Tasks of the ladder": ladder},
+        {"Bundled policies": policies},
+    ]
 
 
 def _scenarios() -> list[str]:

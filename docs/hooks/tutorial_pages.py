@@ -1,7 +1,17 @@
 """Tutorials: scripts in the percent format of jupytext, as pages and as notebooks."""
 
 import re
+from importlib.metadata import version
 from pathlib import Path
+
+WHEEL = f"swarm_forage-{version('swarm-forage')}-py3-none-any.whl"
+
+INSTALL = f"""# In Colab: upload {WHEEL}, which `make dist` makes, and run this cell first.
+from importlib.util import find_spec
+
+if find_spec("swarm_forage_env") is None:
+    %pip install --quiet "{WHEEL}[train,render]\""""
+"""The first cell of code of a notebook."""
 
 CELL = re.compile(r"^# %%(?P<kind> \[markdown\])?.*$", re.MULTILINE)
 
@@ -34,7 +44,10 @@ def page(script: str, name: str) -> str:
 
 
 def notebook(script: Path) -> str:
-    """The notebook of a script, as jupytext writes it."""
+    """The notebook of a script, as jupytext writes it, which installs the wheel where it is run."""
     import jupytext
+    from nbformat.v4 import new_code_cell
 
-    return str(jupytext.writes(jupytext.read(script, fmt="py:percent"), fmt="ipynb"))
+    found = jupytext.read(script, fmt="py:percent")
+    found.cells.insert(1, new_code_cell(INSTALL))
+    return str(jupytext.writes(found, fmt="ipynb"))
