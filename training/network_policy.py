@@ -9,14 +9,17 @@ has its equations. The card of the same name tells its keywords and its training
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.equations.elementary import tanh
 from swarm_forage_env.errors import ConfigError
 from training.policy import Draw, PolicyFile, Predict, Recurrent
 from training.policy_card import PolicyCard
@@ -26,8 +29,6 @@ LOG_STD = "log_std"
 
 Rows = Float32[Array, "robots numbers"]
 
-Layers = list[tuple[Float32[Array, "inputs outputs"], Float32[Array, " outputs"]]]
-
 GATES = 3  # reset, update and new state, which the arrays of the memory hold one after the other
 
 
@@ -36,34 +37,32 @@ class NetworkPolicy(PolicyFile):
 
     def start(self, form: PolicyForm) -> Predict | Recurrent:
         """The mean action."""
-        layers, memory, _ = self._loaded(form)
-        if not memory:
-            return lambda observed: action_of(layers, observed)
-
-        def step(observed: Rows, states: Rows) -> tuple[Rows, Rows]:
-            states = next_states(memory, observed, states)
-            return action_of(layers, states), states
-
-        return Recurrent(step, len(memory[-1][0]))
+        network, _ = self._loaded(form)
+        if not network.n_state:
+            return lambda observed: network(observed)[0]
+        return Recurrent(network, network.n_state)
 
     def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
         """The mean action and Gaussian noise, as in training."""
-        layers, memory, log_std = self._loaded(form)
+        network, log_std = self._loaded(form)
         deviation = np.exp(log_std)
-        if not memory:
-            return lambda observed, draws: action_of(layers, observed) + deviation * draws
+        if not network.n_state:
+            return lambda observed, draws: network(observed)[0] + deviation * draws
 
         def step(observed: Rows, draws: Rows, states: Rows) -> tuple[Rows, Rows]:
-            states = next_states(memory, observed, states)
-            return action_of(layers, states) + deviation * draws, states
+            actions, states = network(observed, states)
+            return actions + deviation * draws, states
 
-        return Recurrent(step, len(memory[-1][0]))
+        return Recurrent(step, network.n_state)
 
-    def _loaded(self, form: PolicyForm) -> tuple[Layers, Layers, Float32[Array, " actions"]]:
-        """The layers, those of the memory, and the logarithms of deviations.
+    def pilot(self, form: PolicyForm) -> Pilot:
+        """The mean action, compiled beside the world."""
+        network, _ = self._loaded(form)
+        room = network.n_between
+        return Pilot(form, forward, network.numbers, network.sizes, network.n_state, room)
 
-        ConfigError if they do not fit.
-        """
+    def _loaded(self, form: PolicyForm) -> tuple["Network", Float32[Array, " actions"]]:
+        """The network, and the logarithms of deviations; ConfigError if they do not fit."""
         if form.action.is_discrete:
             raise ConfigError(f"policy {self.file}: gives numbers, not choices; leave out discrete")
         weights, sha256 = read_weights(self.path)
@@ -74,26 +73,55 @@ class NetworkPolicy(PolicyFile):
         n_hidden = max(sum(name.removesuffix(".bias").isdigit() for name in shapes) - 1, 0)
         hidden = [shapes.get(f"{k}.bias", (0,))[0] for k in range(n_hidden)]
         n_state = shapes.get("encoder.bias", (0,))[0]
-        other = misfit(
-            shapes, shapes_of([len(form.layout), *hidden, len(form.action.layout)], n_state)
-        )
+        sizes = [len(form.layout), *hidden, len(form.action.layout)]
+        other = misfit(shapes, shapes_of(sizes, n_state))
         if other:
             raise ConfigError(f"policy {self.file}: does not fit: {other}")
+        names = [(f"{k}.weight", f"{k}.bias") for k in range(n_hidden + 1)]
+        if n_state:
+            names = [*MEMORY, *names]
+        parts = [part for w, b in names for part in (weights[w].T.ravel(), weights[b])]
+        return Network(np.concatenate(parts), np.array([n_state, *sizes])), weights[LOG_STD]
 
-        def layer(weight: str, bias: str) -> tuple[Rows, Float32[Array, " outputs"]]:
-            return np.ascontiguousarray(weights[weight].T), weights[bias]
 
-        layers = [layer(f"{k}.weight", f"{k}.bias") for k in range(n_hidden + 1)]
-        memory = (
-            [
-                layer("encoder.weight", "encoder.bias"),
-                layer("gru.weight_ih", "gru.bias_ih"),
-                layer("gru.weight_hh", "gru.bias_hh"),
-            ]
-            if n_state
-            else []
-        )
-        return layers, memory, weights[LOG_STD]
+MEMORY = (
+    ("encoder.weight", "encoder.bias"),
+    ("gru.weight_ih", "gru.bias_ih"),
+    ("gru.weight_hh", "gru.bias_hh"),
+)
+"""The arrays of a memory, which lies before the layers."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """Layers, and before them a memory if there is one, as `forward` takes them."""
+
+    numbers: Float32[Array, " numbers"]
+    """Of each layer in turn the matrix, inputs by outputs, and what is added."""
+    sizes: Int64[Array, " sizes"]
+    """Numbers of a state; what is observed, hidden units of each layer, actions."""
+
+    @property
+    def n_state(self) -> int:
+        """Numbers of a robot's state."""
+        return int(self.sizes[0])
+
+    @property
+    def n_between(self) -> int:
+        """Numbers that `forward` needs room for."""
+        return 2 * int(self.sizes[1:].max()) + (1 + 2 * GATES) * self.n_state
+
+    def __call__(self, observed: Rows, states: Rows | None = None) -> tuple[Rows, Rows]:
+        """The mean action of each robot, and its next state.
+
+        They are the same, bit for bit, whatever rows are beside it.
+        """
+        n = len(observed)
+        after = np.zeros((n, self.n_state), np.float32) if states is None else states.copy()
+        actions = np.empty((n, self.sizes[-1]), np.float32)
+        seen, between = np.ascontiguousarray(observed, np.float32), self.n_between
+        forward_rows(seen, self.numbers, self.sizes, after, np.empty(between, np.float32), actions)
+        return actions, after
 
 
 def shapes_of(sizes: Sequence[int], n_state: int = 0) -> Shapes:
@@ -113,57 +141,100 @@ def shapes_of(sizes: Sequence[int], n_state: int = 0) -> Shapes:
     return shapes
 
 
-def next_states(memory: Layers, observed: Rows, states: Rows) -> Rows:
-    """The state of each robot after an observation, as a gated recurrent unit makes it."""
-    encoder, of_input, of_state = memory
-    encoded = np.tanh(product(observed, *encoder))
-    r_in, z_in, n_in = np.split(product(encoded, *of_input), GATES, axis=1)
-    r_own, z_own, n_own = np.split(product(states, *of_state), GATES, axis=1)
-    r, z = _sigmoid(r_in + r_own), _sigmoid(z_in + z_own)
-    n = np.tanh(n_in + r * n_own)
-    after: Rows = (1.0 - z) * n + z * states
-    return after
+@kernel
+def forward(
+    observed: Float32[Array, " inputs"],
+    numbers: Float32[Array, " numbers"],
+    sizes: Int64[Array, " sizes"],
+    state: Float32[Array, " state"],
+    between: Float32[Array, " between"],
+    out: Float32[Array, " actions"],
+) -> None:
+    """Write the mean action of a robot, and advance its state."""
+    n_state, widest, at = sizes[0], 0, 0
+    for k in range(1, sizes.shape[0]):
+        widest = max(widest, sizes[k])
+    a, b = between[:widest], between[widest : 2 * widest]
+    n_in = sizes[1]
+    for k in range(n_in):
+        a[k] = observed[k]
+    if n_state > 0:
+        at = remember(a, numbers, n_in, state, between[2 * widest :])
+        n_in = n_state
+        for k in range(n_state):
+            a[k] = state[k]
+    for layer in range(2, sizes.shape[0]):
+        n_out = sizes[layer]
+        multiply(a[:n_in], numbers, at, b[:n_out])
+        at, n_in = at + n_out * (n_in + 1), n_out
+        is_last = layer == sizes.shape[0] - 1
+        for k in range(n_out):
+            if is_last:
+                out[k] = b[k]
+            else:
+                a[k] = tanh(b[k])
 
 
-def _sigmoid(x: Rows) -> Rows:
+@kernel
+def remember(
+    observed: Float32[Array, " inputs"],
+    numbers: Float32[Array, " numbers"],
+    n_in: int,
+    state: Float32[Array, " state"],
+    between: Float32[Array, " between"],
+) -> int:
+    """Advance the state of a robot by a gated recurrent unit; where the layers' numbers begin."""
+    n = state.shape[0]
+    encoded, of_input, of_state = between[:n], between[n : 4 * n], between[4 * n : 7 * n]
+    multiply(observed[:n_in], numbers, 0, encoded)
+    for k in range(n):
+        encoded[k] = tanh(encoded[k])
+    at = n * (n_in + 1)
+    size = 3 * n * (n + 1)
+    multiply(encoded, numbers, at, of_input)
+    multiply(state, numbers, at + size, of_state)
+    for k in range(n):
+        reset = sigmoid(of_input[k] + of_state[k])
+        update = sigmoid(of_input[n + k] + of_state[n + k])
+        new = tanh(of_input[2 * n + k] + reset * of_state[2 * n + k])
+        state[k] = (1.0 - update) * new + update * state[k]
+    return int(at + 2 * size)
+
+
+@kernel
+def sigmoid(x: float) -> float:
     """1 / (1 + exp(-x)), without overflow."""
-    y: Rows = 0.5 + 0.5 * np.tanh(0.5 * x)
-    return y
+    return 0.5 + 0.5 * tanh(0.5 * x)
 
 
-def action_of(layers: Layers, observed: Rows) -> Rows:
-    """The mean action of each robot, bit for bit the same whatever rows are beside it."""
-    x = observed
-    for k, layer in enumerate(layers):
-        x = product(np.tanh(x) if k else x, *layer)
-    return x
-
-
-def product(
-    x: Rows, weight: Float32[Array, "inputs outputs"], bias: Float32[Array, " outputs"]
-) -> Rows:
-    """The rows x weight + bias."""
-    out = np.empty((len(x), len(bias)), np.float32)
-    multiply(np.ascontiguousarray(x, np.float32), weight, bias, out)
-    return out
+@kernel
+def multiply(
+    x: Float32[Array, " inputs"],
+    numbers: Float32[Array, " numbers"],
+    at: int,
+    out: Float32[Array, " outputs"],
+) -> None:
+    """Write x weight + bias, whose numbers begin at `at`; the order of the sums is fixed."""
+    n_in, n_out = x.shape[0], out.shape[0]
+    for j in range(n_out):
+        out[j] = numbers[at + n_in * n_out + j]
+    for k in range(n_in):
+        for j in range(n_out):
+            out[j] += x[k] * numbers[at + k * n_out + j]
 
 
 @entry_point
-def multiply(
-    x: Float32[Array, "rows inputs"],
-    weight: Float32[Array, "inputs outputs"],
-    bias: Float32[Array, " outputs"],
-    out: Float32[Array, "rows outputs"],
+def forward_rows(
+    observed: Float32[Array, "robots inputs"],
+    numbers: Float32[Array, " numbers"],
+    sizes: Int64[Array, " sizes"],
+    states: Float32[Array, "robots state"],
+    between: Float32[Array, " between"],
+    out: Float32[Array, "robots actions"],
 ) -> None:
-    """Compute out = x weight + bias, row by row.
-
-    The order is fixed: the rounding of a BLAS product depends on the number of rows.
-    """
-    for i in range(x.shape[0]):
-        out[i, :] = bias
-        for k in range(x.shape[1]):
-            for j in range(bias.shape[0]):
-                out[i, j] += x[i, k] * weight[k, j]
+    """Write the mean actions of robots, and advance their states."""
+    for i in range(observed.shape[0]):
+        forward(observed[i], numbers, sizes, states[i], between, out[i])
 
 
 def save_network(file: Path, weights: Weights, card: PolicyCard) -> None:

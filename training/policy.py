@@ -21,6 +21,7 @@ from swarm_forage_env.envs import (
     policy_form,
 )
 from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
+from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, validated
@@ -125,6 +126,13 @@ class ForeignPolicy(PolicyKeywords):
     def start(self, form: PolicyForm) -> Predict | Recurrent:
         """The policy as a function that acts deterministically; ConfigError if it does not fit."""
         raise NotImplementedError
+
+    def pilot(self, form: PolicyForm) -> Pilot:
+        """The policy compiled beside the world; ConfigError for one that Python must call."""
+        raise ConfigError(
+            f"policy {self.source}: Python calls it; what runs without Python are networks that"
+            " swarm-forage train has saved (network:FILE)"
+        )
 
     def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
         """The policy as a function that acts stochastically; ConfigError without a distribution."""

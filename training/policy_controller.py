@@ -18,6 +18,7 @@ from baselines.controllers import SINGLE, SUBSUMPTION
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.envs.config import PolicyKeywords
+from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController, TeamController
@@ -97,6 +98,16 @@ class PolicyController(LayeredController):
         if self.is_everything and isinstance(raw_control, TeamController):
             return raw_control
         return self.hand_written
+
+    def pilot(self, scenario: BaseScenario) -> Pilot:
+        """The policy, compiled beside the world; ConfigError for one that Python must call."""
+        form = self.form(scenario)
+        if self.policy.chance or self.is_everything or form.observer.parts or form.config.stack > 1:
+            raise ConfigError(
+                f"policy {self.policy.source}: Python calls a policy that acts by chance, is"
+                " everything, or observes more than its layer does in a tick"
+            )
+        return self.policy.pilot(form)
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
         """The language of the controller of the other layers."""

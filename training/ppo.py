@@ -51,7 +51,7 @@ PRESETS: Mapping[str, Preset] = {
     "both": Preset(),
     "everything": Preset(
         {"decision_period": 10, "shaping": 1.0, "discount": 0.99},
-        PPOHyperparameters(n_steps=64, n_minibatches=8, n_epochs=3, learning_rate=1e-3),
+        PPOHyperparameters(n_steps=64, n_minibatches=8, n_epochs=3, learning_rate=5e-4),
         log_std=-0.5,
         network=RecurrentActorCritic,
     ),

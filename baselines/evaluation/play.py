@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 from numba.core import types
 
+from baselines.controller import LayeredController
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.plot_style import colour_of
@@ -20,15 +21,16 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.device_loop import LAYERS, WORLD
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.decision_kernels import add_nothing, observe
+from swarm_forage_env.envs.pilot import Pilot, Piloted, act_as_learner
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.drawing import COLUMNS, run_and_draw
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import GpuTask
+from swarm_forage_env.interface import KEEP, REPLACE, Controller, GpuTask, Kernel
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
-from swarm_forage_env.parameters import leaves
+from swarm_forage_env.parameters import BaseScenario, leaves
 from swarm_forage_env.record import offset_of
 from swarm_forage_env.rendering.playground import (
     ArrayPlace,
@@ -43,7 +45,7 @@ from swarm_forage_env.rendering.replay import obstacles_shown
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.targets import linked_for_web, llvm_text_of, memory_of, ticks_of
 from swarm_forage_env.task import stage_of
-from swarm_forage_env.ticks import BEGINS, begin_worlds
+from swarm_forage_env.ticks import BEGINS, begin_worlds, nothing
 
 MAX_CONTROLLERS = 2
 """Swarms side by side."""
@@ -88,6 +90,8 @@ class Choice:
     """A swarm with one thing changed, or none."""
 
     loop: Loop
+    pilot: Pilot | None = None
+    """The policy that acts for its robots."""
     settings: tuple[str, ...] = ()
     """What changes it, as `--set` takes it."""
 
@@ -107,7 +111,7 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     stage = stage_of(first.scenario, first.label)
     every = max(1, round(FRAME / stage.tick))
     for each in configurations:
-        memory_of(Loop(each.scenario, each.controller, [0], "kinematic"))  # which may refuse it
+        memory_of(_changed(each, {}).loop)  # which may refuse it
     sliders, programs = [], []
     changed = [dict(_changes(each)) for each in configurations]
     for name, (label, unit) in {**OF_SCENARIO, **OF_CONTROLLER}.items():
@@ -199,9 +203,19 @@ def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> 
     scenario, controller = configuration.scenario, configuration.controller
     if changes.keys() <= OF_CONTROLLER.keys():
         own = {name: value for name, value in changes.items() if name in controller.parameters}
-        return Choice(Loop(scenario, controller.with_parameters(own), [0], "kinematic"))
-    loop = Loop(find_scenario(scenario, changes), controller, [0], "kinematic")
-    return Choice(loop, tuple(f"{name}={value}" for name, value in changes.items()))
+        return _choice(scenario, controller.with_parameters(own))
+    settings = tuple(f"{name}={value}" for name, value in changes.items())
+    return _choice(find_scenario(scenario, changes), controller, settings)
+
+
+def _choice(
+    scenario: BaseScenario, controller: LayeredController, settings: tuple[str, ...] = ()
+) -> Choice:
+    pilot, layers = None, cast(Controller, controller)
+    if hasattr(controller, "pilot"):
+        piloted = cast(Piloted, controller)
+        pilot, layers = piloted.pilot(scenario), piloted.under(scenario)
+    return Choice(Loop(scenario, layers, [0], "kinematic"), pilot, settings)
 
 
 def _is_alike(loop: Loop, usual: Loop) -> bool:
@@ -262,16 +276,14 @@ def program_of(
     configuration: ExperimentConfig, sliders: Sequence[Slider], changed: Changes, every: int
 ) -> Program:
     """A swarm as machine code, with the memory of a world that begins, and what sliders change."""
-    usual = _changed(configuration, {}).loop
-    known = [changed[s.name, v].loop for s in sliders for v in s.values if (s.name, v) in changed]
-    widest = _widest([usual, *known])
-    memory = _memory(usual, every, widest)
+    chosen = _changed(configuration, {})
+    usual, own = chosen.loop, [changed[key] for key in changed]
+    widest = _widest([usual, *(each.loop for each in own)])
+    memory = _memory(chosen, every, widest)
     image = _image(memory, usual)
     patches = {
         each.name: [
-            list(
-                _patch(image, _image(_memory(changed[each.name, value].loop, every, widest), usual))
-            )
+            list(_patch(image, _image(_memory(changed[each.name, value], every, widest), usual)))
             if (each.name, value) in changed and k != each.usual  # which is rounded
             else []
             for k, value in enumerate(each.values)
@@ -281,7 +293,7 @@ def program_of(
     return Program(
         configuration.label,
         colour_of(configuration.label),
-        linked_for_web(_text(usual, memory, every)),
+        linked_for_web(_text(chosen, memory, every)),
         image.tobytes(),
         [_place(name, array, usual) for name, array in memory.items()],
         [memory[name].shape[axis] for name, (axis, _) in WIDTHS.items()],
@@ -302,13 +314,15 @@ def _widest(loops: Sequence[Loop]) -> dict[str, tuple[int, ...]]:
 
 KEPT = (
     "worlds", "cells", "obstacles", "settings", "modes", "first_robot", "first_mind",
-    "first_memory", "spans", "bound", "squashes",
+    "first_memory", "spans", "bound", "squashes", "pilot_spans", "pilot_out", "pilot_robots",
+    "pilot_bound", "pilot_squashes", "pilot_numbers", "pilot_sizes", "pilot_low", "pilot_high",
+    "left_alone",
 )  # fmt: skip
 """Arrays of a page that are not zeros when a world begins; all are as large for any swarm."""
 
 OF_ROBOTS = (
     "robots", "near", "earned", "faults", "minds", "memories", "shared", "places", "poses",
-    "columns",
+    "columns", "pilot_actions", "pilot_raw", "pilot_frames", "pilot_seen",
 )  # fmt: skip
 """Arrays whose second axis is robots."""
 
@@ -316,8 +330,9 @@ SAME = {"robot_words": "robots", "mind_words": "minds"}
 """Arrays that lie where another does."""
 
 
-def _memory(loop: Loop, every: int, widest: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
+def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
     """The arrays of a page by name, in the order in which the machine code takes them."""
+    loop = swarm.loop
     n, form = loop.world.n_robots, _form(loop)
     own = dict(zip((*WORLD, *LAYERS, "modes", "trouble"), memory_of(loop), strict=True))
     own["modes"][...] = BEGINS
@@ -352,7 +367,40 @@ def _memory(loop: Loop, every: int, widest: Mapping[str, tuple[int, ...]]) -> di
         "raw": np.zeros((1, 1, len(form.policy.action)), np.float32),
         "frames": np.zeros((1, 1, 0, len(form.layout)), np.float32),
         "seen": np.zeros((1, 1, len(form.layout)), np.float32),
+        **({} if swarm.pilot is None else _of_pilot(swarm.pilot, n, own["robots"], minds)),
     }
+
+
+def _of_pilot(pilot: Pilot, n: int, robots: Array, minds: np.dtype[np.void]) -> dict[str, Array]:
+    """What a policy reads and writes."""
+    form, known = pilot.form, {"robots": robots.dtype, "minds": minds}
+    n_seen, n_raw, n_given = len(form.layout), len(form.policy.action), len(form.action.layout)
+    *_, bound, squashes = form.observer.scaling
+    layout = form.action.layout
+    return {
+        "pilot_spans": spans_of(form.observer.shown, known),
+        "pilot_out": spans_of(form.policy.action, known),
+        "pilot_robots": np.arange(MOST_ROBOTS),
+        "pilot_bound": bound,
+        "pilot_squashes": squashes.view(np.uint8),
+        "pilot_choices": form.action.conversion[0],
+        "pilot_numbers": pilot.numbers,
+        "pilot_sizes": pilot.sizes,
+        "pilot_states": np.zeros((n, pilot.n_state), np.float32),
+        "pilot_between": np.zeros(pilot.n_between, np.float32),
+        "pilot_actions": np.zeros((1, n, n_given), np.float32),
+        "pilot_low": np.array([each.low for each in layout], np.float32),
+        "pilot_high": np.array([each.high for each in layout], np.float32),
+        "pilot_raw": np.zeros((1, n, n_raw), np.float32),
+        "pilot_frames": np.zeros((1, n, 0, n_seen), np.float32),
+        "pilot_seen": np.zeros((1, n, n_seen), np.float32),
+        "pilot_modes": np.zeros(1, np.int8),
+        "left_alone": np.full(1, -1, np.int64),
+    }
+
+
+MOST_ROBOTS = 1000
+"""Robots for which a policy acts."""
 
 
 def _form(loop: Loop) -> PolicyForm:
@@ -396,6 +444,8 @@ def _place(name: str, array: Array, usual: Loop) -> ArrayPlace:
         return ArrayPlace(name, same=SAME[name])
     if name in _names_kept(usual):
         return ArrayPlace(name, array.nbytes, is_kept=True)
+    if name == "pilot_states":
+        return ArrayPlace(name, per_robot=array.nbytes // n)
     if name == "pairs" or (name == "shared" and array.ndim > 3):
         return ArrayPlace(name, per_pair=array.nbytes // (n * n))
     if name in OF_ROBOTS:
@@ -410,6 +460,8 @@ def _shape(name: str, array: Array, n: int, every: int) -> str:
     if name in SAME:
         return f"(1, n_robots * {array.shape[1] // n})"
     sizes = [str(size) for size in array.shape]
+    if name in ("pilot_states", "pilot_robots"):
+        sizes[0] = "n_robots"
     if name in OF_ROBOTS:
         sizes[1] = "n_robots"
     if name == "shared" and array.ndim > 3:
@@ -424,18 +476,25 @@ WIDTHS = {"near": (2, "n_near"), "cells": (1, "n_cells"), "obstacles": (1, "n_ca
 """Arrays whose width is an argument, so that scenarios share their machine code: which axis."""
 
 
-def _text(usual: Loop, memory: Mapping[str, Array], every: int) -> str:
+def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
     """The ticks of a page as LLVM's text, with what is drawn after them."""
+    usual, pilot = swarm.loop, swarm.pilot
     world, layers = usual.world, usual.controller.compiled
     functions = {**world.functions, **layers.functions}
+    observing = bind(observe, {"add_features": add_nothing})
+    flying: Kernel = nothing
+    if pilot is not None:
+        own = {"forward": pilot.forward, "observe": observing, **pilot.form.action.functions}
+        flying = bind(act_as_learner, own)
     called = bind(
         run_and_draw,
         {
+            "pilot": flying,
             "run_ticks": ticks_of(usual),
             "begin_worlds": bind(
                 begin_worlds, {**functions, "place_world": _gpu_task(usual).place}
             ),
-            "observe": bind(observe, {"add_features": add_nothing}),
+            "observe": observing,
         },
     )
     direction, direction_to, has_walk, *_ = _form(usual).observer.scaling
@@ -446,6 +505,7 @@ def _text(usual: Loop, memory: Mapping[str, Array], every: int) -> str:
         layers=", ".join(LAYERS),
         noise=layers.noise,
         scaling=f"{direction}, {direction_to}, {has_walk}, bound, squashes",
+        piloting="n_robots" if pilot is None else _piloting(pilot),
     )
     return llvm_text_of(called, memory, numbers, call, types.int64, shapes)
 
@@ -454,9 +514,31 @@ CALL = (
     "called(({world},), ({layers},), modes, trouble,"
     " (first_robot, first_mind, first_memory, seeds, places, poses), {noise}, n_ticks, columns,"
     " pairs, ((robot_words, mind_words, robot_words, spans, n_robots), learners, ({scaling}),"
-    " (no_spans, time_left, raw), (seen, frames, seen)))"
+    " (no_spans, time_left, raw), (seen, frames, seen)), ({piloting},))"
 )
 """How the arrays of a page are handed over."""
+
+
+def _piloting(pilot: Pilot) -> str:
+    """How those of a policy are."""
+    form, action = pilot.form, pilot.form.action
+    direction, direction_to, has_walk, *_ = form.observer.scaling
+    _, n_symmetric, steers_at, by = action.conversion
+    replaced = [REPLACE if "weighting" in form.policy.replaces else KEEP]
+    if "motion" in form.policy.replaces:
+        marks = action.motion, int(action.has_reflexes), int(form.has_walk)
+    else:
+        marks = KEEP, 0, 0
+    told = ", ".join(str(int(each)) for each in (form.config.period, *marks, *replaced))
+    words = "robot_words, mind_words, robot_words"
+    return (
+        f"({words}, pilot_spans, n_robots), ({words}, pilot_out, n_robots), pilot_robots,"
+        f" ({direction}, {direction_to}, {has_walk}, pilot_bound, pilot_squashes),"
+        " (no_spans, time_left, pilot_raw), (pilot_seen, pilot_frames, pilot_seen),"
+        f" (pilot_choices, {n_symmetric}, {steers_at}, {float(by)!r}),"
+        " (pilot_numbers, pilot_sizes, pilot_states, pilot_between, pilot_actions, pilot_low,"
+        f" pilot_high), ({told}, left_alone), pilot_modes"
+    )
 
 
 def _driving(usual: Loop) -> Driving:

@@ -128,8 +128,9 @@ def draw_column(
 run_ticks: Kernel
 begin_worlds: Kernel
 observe: Kernel
-"""Free names of the template below: the ticks of a world and its controller, how it begins, and
-what a learner observes."""
+pilot: Kernel
+"""Free names of the template below: the ticks of a world and its controller, how it begins,
+what a learner observes, and how a policy acts."""
 
 
 def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
@@ -143,12 +144,14 @@ def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
     out_columns: Float32[Array, "columns robots"],
     out_pairs: Int32[Array, "messages ends"],
     observing: Arrays,
+    piloting: Arrays,
 ) -> int:
     """Run ticks of one world, and write what is drawn of it then; the number of messages heard.
 
     A world that BEGINS does so by its seed, and senses and observes before. `out_pairs` has sender
     and receiver of each message of these ticks. `starts` and `noise` are those of `begin_worlds`;
-    `observing` is what `observe` takes, but the modes and which worlds.
+    `observing` is what `observe` takes, but the modes and which worlds; `piloting` is what `pilot`
+    takes.
     """
     robots, minds, n_heard = world_arrays[0], layer_arrays[0], 0
     if modes[0] == BEGINS:
@@ -156,6 +159,7 @@ def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
         run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
         modes[0] = RUNS
     for _ in range(n_ticks):
+        pilot(world_arrays, piloting)
         run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
         for i in range(robots.shape[1]):
             heard = robots[0, i].heard

@@ -129,6 +129,8 @@ function soFar() {
 
 /* Write what a visitor commands to the record of a robot: its wheels, or nothing any more. */
 function command({ robot, wheels }) {
+  const leaves = world.at.left_alone;
+  if (leaves) numbers().setBigInt64(leaves, BigInt(wheels ? robot : -1), true);
   const { size, offset, action, wheels: within } = plan.driving;
   const at = world.at.robots + robot * size + offset;
   bytes().set(wheels ? action : new Uint8Array(action.length), at);

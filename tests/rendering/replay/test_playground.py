@@ -13,6 +13,7 @@ from baselines.evaluation.play import write_playground
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.make import checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP
@@ -20,6 +21,8 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.chromium import CHROMIUM, MISSING, launched_browser  # noqa: F401 the fixture browser
 from tests.rendering.replay.test_browser import LOADED, opened, until  # noqa: F401 a fixture
+from training.network_policy import save_network, shapes_of
+from training.policy_card import card_of
 
 CONTROLLERS = "ssgiff", "learned-both"
 SHORT = "task.duration=600"
@@ -190,10 +193,47 @@ def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_p
     assert not (tmp_path / "x.html").exists()
 
 
+@pytest.fixture(scope="module")
+def network(tmp_path_factory):
+    """The name of a policy with a memory, of weights by chance."""
+    found, rng = tmp_path_factory.mktemp("policy") / "any.safetensors", np.random.default_rng(0)
+    parts = checked_parts("es1", None, {"learn": "motion"})
+    form = PolicyForm([parts.scenario], parts.config)
+    shapes = shapes_of([len(form.layout), 16, len(form.action.layout)], 8)
+    weights = {
+        name: rng.normal(0.0, 0.5, shape).astype(np.float32) for name, shape in shapes.items()
+    }
+    save_network(found, weights, card_of(parts))
+    return f"network:{found}"
+
+
+@pytest.mark.browser
+@needs_chromium
+def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, network, tmp_path):  # noqa: F811 the fixture
+    pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
+    file = tmp_path / "play.html"
+    short = EvaluateOptions("es1", [network], 1, 0, ["task.duration=60"], "kinematic")
+    write_playground(short, file)
+    page = opened(path=file)
+    until(page, LOADED)
+    loop = Loop(find_scenario("es1"), find_controller(network), [0], "kinematic")
+    loop.run(600)
+    shown = page.evaluate("Array.from({ length: 10 }, (_, i) => view.episodes[0].x[i * 61 + 60])")
+    assert shown == loop.world.robots["pose"][0, :, 0].astype(np.float32).tolist()
+
+
+def test_a_network_that_acts_by_chance_runs_in_no_page(network, tmp_path):
+    options = EvaluateOptions("es1", [f"{network},chance=true"], 1, 0, [], "kinematic")
+    with pytest.raises(ConfigError, match="Python calls a policy that acts by chance"):
+        write_playground(options, tmp_path / "x.html")
+
+
 def test_a_policy_that_python_calls_runs_in_no_page(tmp_path, monkeypatch):
     code = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np.float32)\n"
     (tmp_path / "my_policy.py").write_text(code)
     monkeypatch.syspath_prepend(tmp_path)
     options = EvaluateOptions("es1", ["callable:my_policy:ahead"], 2, 0, [], "kinematic")
-    with pytest.raises(ConfigError, match=r"controller 'callable.*': Python calls a layer of it"):
+    with pytest.raises(
+        ConfigError, match=r"policy .*: Python calls it; what runs without Python are networks"
+    ):
         write_playground(options, tmp_path / "x.html")
