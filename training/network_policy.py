@@ -57,9 +57,7 @@ class NetworkPolicy(PolicyFile):
 
     def pilot(self, form: PolicyForm) -> Pilot:
         """The mean action, compiled beside the world."""
-        network, _ = self._loaded(form)
-        room = network.n_between
-        return Pilot(form, forward, network.numbers, network.sizes, network.n_state, room)
+        return self._loaded(form)[0].pilot(form)
 
     def _loaded(self, form: PolicyForm) -> tuple["Network", Float32[Array, " actions"]]:
         """The network, and the logarithms of deviations; ConfigError if they do not fit."""
@@ -110,6 +108,10 @@ class Network:
     def n_between(self) -> int:
         """Numbers that `forward` needs room for."""
         return 2 * int(self.sizes[1:].max()) + (1 + 2 * GATES) * self.n_state
+
+    def pilot(self, form: PolicyForm) -> Pilot:
+        """The network as it is compiled beside a world."""
+        return Pilot(form, forward, self.numbers, self.sizes, self.n_state, self.n_between)
 
     def __call__(self, observed: Rows, states: Rows | None = None) -> tuple[Rows, Rows]:
         """The mean action of each robot, and its next state.

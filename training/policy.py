@@ -131,7 +131,8 @@ class ForeignPolicy(PolicyKeywords):
         """The policy compiled beside the world; ConfigError for one that Python must call."""
         raise ConfigError(
             f"policy {self.source}: Python calls it; what runs without Python are networks that"
-            " swarm-forage train has saved (network:FILE)"
+            " swarm-forage train has saved (network:FILE), and those of PPO and A2C of"
+            " stable-baselines3 whose layers are dense (sb3:FILE)"
         )
 
     def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:

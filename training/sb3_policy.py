@@ -19,6 +19,7 @@ from gymnasium.spaces import Discrete
 from pydantic import BaseModel, Field, JsonValue, ValidationError, field_validator
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, Parameters
@@ -33,6 +34,7 @@ from training.foreign_file import (
     read_members,
     reason,
 )
+from training.network_policy import Network as DenseNetwork
 from training.policy import Draw, PolicyFile, Predict, Recurrent, drawn_choices
 from training.policy_card import PolicyCard, card_from
 from training.policy_file import check_weights, misfit
@@ -234,6 +236,9 @@ class SB3Policy(PolicyFile):
     def start(self, form: PolicyForm) -> Predict | Recurrent:
         """The model's policy, deterministic."""
         model = self._model(form)
+        network = _dense(model)
+        if network is not None:
+            return lambda observed: network(observed)[0]
         return self._started(model, partial(model.predict, deterministic=True))
 
     def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
@@ -258,6 +263,11 @@ class SB3Policy(PolicyFile):
             return model.unscale_action(np.tanh(numbers)) if squashed else numbers, after
 
         return self._started(model, by_chance)
+
+    def pilot(self, form: PolicyForm) -> Pilot:
+        """The policy compiled beside the world; ConfigError for one that is not of dense layers."""
+        network = _dense(self._model(form))
+        return super().pilot(form) if network is None else network.pilot(form)
 
     def _started(
         self, model: "BasePolicy", ask: Callable[..., Asked]
@@ -326,6 +336,29 @@ class SB3Policy(PolicyFile):
                 f" code is in the file; where you trust it: sb3:{self.file},trust=true"
             )
         return policy, network.model_dump(exclude_unset=True)
+
+
+def _dense(model: "BasePolicy") -> DenseNetwork | None:
+    """The layers of an MlpPolicy of PPO or A2C that gives numbers; None for another policy."""
+    from stable_baselines3.common.policies import ActorCriticPolicy
+    from stable_baselines3.common.torch_layers import FlattenExtractor
+    from torch import nn
+
+    if type(model) is not ActorCriticPolicy or isinstance(model.action_space, Discrete):
+        return None
+    *hidden, last = *model.mlp_extractor.policy_net, model.action_net
+    layers, between = [*hidden[::2], last], hidden[1::2]
+    is_plain = type(model.features_extractor) is FlattenExtractor and not model.squash_output
+    if not is_plain or not all(isinstance(each, nn.Linear) for each in layers):
+        return None
+    if not all(isinstance(each, nn.Tanh) for each in between):
+        return None
+    arrays = {name: each.numpy() for name, each in model.state_dict().items()}
+    names = [f"mlp_extractor.policy_net.{2 * k}" for k in range(len(layers) - 1)] + ["action_net"]
+    parts = [p for n in names for p in (arrays[f"{n}.weight"].T.ravel(), arrays[f"{n}.bias"])]
+    numbers = np.concatenate(parts)
+    sizes = [0, layers[0].in_features, *(each.out_features for each in layers)]
+    return DenseNetwork(numbers, np.array(sizes))
 
 
 def _distribution(

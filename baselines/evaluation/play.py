@@ -21,13 +21,13 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.device_loop import LAYERS, WORLD
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.decision_kernels import add_nothing, observe
-from swarm_forage_env.envs.pilot import Pilot, Piloted, act_as_learner
+from swarm_forage_env.envs.pilot import ARRAYS_KEPT, Pilot, Piloted
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.drawing import COLUMNS, run_and_draw
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import KEEP, REPLACE, Controller, GpuTask, Kernel
+from swarm_forage_env.interface import Controller, GpuTask
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
 from swarm_forage_env.parameters import BaseScenario, leaves
@@ -314,9 +314,7 @@ def _widest(loops: Sequence[Loop]) -> dict[str, tuple[int, ...]]:
 
 KEPT = (
     "worlds", "cells", "obstacles", "settings", "modes", "first_robot", "first_mind",
-    "first_memory", "spans", "bound", "squashes", "pilot_spans", "pilot_out", "pilot_robots",
-    "pilot_bound", "pilot_squashes", "pilot_numbers", "pilot_sizes", "pilot_low", "pilot_high",
-    "left_alone",
+    "first_memory", "spans", "bound", "squashes", *ARRAYS_KEPT,
 )  # fmt: skip
 """Arrays of a page that are not zeros when a world begins; all are as large for any swarm."""
 
@@ -344,7 +342,8 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
     first_robot = np.zeros(1, own["robots"].dtype)
     _gpu_task(loop).robot.restart(first_robot)
     first_mind, first_memory = loop.controller.compiled.firsts
-    minds = np.dtype([("estimator", own["minds"].dtype)])
+    kinds = own["robots"].dtype, own["minds"].dtype
+    minds = np.dtype([("estimator", kinds[1])])
     *_, bound, squashes = form.observer.scaling
     return {
         **own,
@@ -367,35 +366,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
         "raw": np.zeros((1, 1, len(form.policy.action)), np.float32),
         "frames": np.zeros((1, 1, 0, len(form.layout)), np.float32),
         "seen": np.zeros((1, 1, len(form.layout)), np.float32),
-        **({} if swarm.pilot is None else _of_pilot(swarm.pilot, n, own["robots"], minds)),
-    }
-
-
-def _of_pilot(pilot: Pilot, n: int, robots: Array, minds: np.dtype[np.void]) -> dict[str, Array]:
-    """What a policy reads and writes."""
-    form, known = pilot.form, {"robots": robots.dtype, "minds": minds}
-    n_seen, n_raw, n_given = len(form.layout), len(form.policy.action), len(form.action.layout)
-    *_, bound, squashes = form.observer.scaling
-    layout = form.action.layout
-    return {
-        "pilot_spans": spans_of(form.observer.shown, known),
-        "pilot_out": spans_of(form.policy.action, known),
-        "pilot_robots": np.arange(MOST_ROBOTS),
-        "pilot_bound": bound,
-        "pilot_squashes": squashes.view(np.uint8),
-        "pilot_choices": form.action.conversion[0],
-        "pilot_numbers": pilot.numbers,
-        "pilot_sizes": pilot.sizes,
-        "pilot_states": np.zeros((n, pilot.n_state), np.float32),
-        "pilot_between": np.zeros(pilot.n_between, np.float32),
-        "pilot_actions": np.zeros((1, n, n_given), np.float32),
-        "pilot_low": np.array([each.low for each in layout], np.float32),
-        "pilot_high": np.array([each.high for each in layout], np.float32),
-        "pilot_raw": np.zeros((1, n, n_raw), np.float32),
-        "pilot_frames": np.zeros((1, n, 0, n_seen), np.float32),
-        "pilot_seen": np.zeros((1, n, n_seen), np.float32),
-        "pilot_modes": np.zeros(1, np.int8),
-        "left_alone": np.full(1, -1, np.int64),
+        **({} if swarm.pilot is None else swarm.pilot.arrays(n, *kinds, np.arange(MOST_ROBOTS))),
     }
 
 
@@ -482,14 +453,10 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
     world, layers = usual.world, usual.controller.compiled
     functions = {**world.functions, **layers.functions}
     observing = bind(observe, {"add_features": add_nothing})
-    flying: Kernel = nothing
-    if pilot is not None:
-        own = {"forward": pilot.forward, "observe": observing, **pilot.form.action.functions}
-        flying = bind(act_as_learner, own)
     called = bind(
         run_and_draw,
         {
-            "pilot": flying,
+            "pilot": nothing if pilot is None else pilot.kernel,
             "run_ticks": ticks_of(usual),
             "begin_worlds": bind(
                 begin_worlds, {**functions, "place_world": _gpu_task(usual).place}
@@ -505,7 +472,7 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
         layers=", ".join(LAYERS),
         noise=layers.noise,
         scaling=f"{direction}, {direction_to}, {has_walk}, bound, squashes",
-        piloting="n_robots" if pilot is None else _piloting(pilot),
+        piloting="n_robots" if pilot is None else pilot.handed_over,
     )
     return llvm_text_of(called, memory, numbers, call, types.int64, shapes)
 
@@ -517,28 +484,6 @@ CALL = (
     " (no_spans, time_left, raw), (seen, frames, seen)), ({piloting},))"
 )
 """How the arrays of a page are handed over."""
-
-
-def _piloting(pilot: Pilot) -> str:
-    """How those of a policy are."""
-    form, action = pilot.form, pilot.form.action
-    direction, direction_to, has_walk, *_ = form.observer.scaling
-    _, n_symmetric, steers_at, by = action.conversion
-    replaced = [REPLACE if "weighting" in form.policy.replaces else KEEP]
-    if "motion" in form.policy.replaces:
-        marks = action.motion, int(action.has_reflexes), int(form.has_walk)
-    else:
-        marks = KEEP, 0, 0
-    told = ", ".join(str(int(each)) for each in (form.config.period, *marks, *replaced))
-    words = "robot_words, mind_words, robot_words"
-    return (
-        f"({words}, pilot_spans, n_robots), ({words}, pilot_out, n_robots), pilot_robots,"
-        f" ({direction}, {direction_to}, {has_walk}, pilot_bound, pilot_squashes),"
-        " (no_spans, time_left, pilot_raw), (pilot_seen, pilot_frames, pilot_seen),"
-        f" (pilot_choices, {n_symmetric}, {steers_at}, {float(by)!r}),"
-        " (pilot_numbers, pilot_sizes, pilot_states, pilot_between, pilot_actions, pilot_low,"
-        f" pilot_high), ({told}, left_alone), pilot_modes"
-    )
 
 
 def _driving(usual: Loop) -> Driving:

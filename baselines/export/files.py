@@ -12,6 +12,7 @@ from llvmlite.binding import object_file
 from baselines.export.robot import ExportedRobot
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.atomic_write import write_atomically
+from swarm_forage_env.envs.pilot import ARRAYS_KEPT
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.record import Record, offset_of
 from swarm_forage_env.targets import TARGETS, compiled_for
@@ -63,8 +64,10 @@ def export(exported: ExportedRobot, target: str, folder: Path) -> Weight:
         "settings": records.settings,
         "first_mind": records.minds[:1],
         "first_memory": records.memories[:1],
+        **{k: each for k, each in exported.policy.items() if _is_constant(k, each)},
     }
-    kept = records.robots, records.minds, records.memories
+    written = [each for k, each in exported.policy.items() if not _is_constant(k, each)]
+    kept = records.robots, records.minds, records.memories, *written
     ram = sum(each.nbytes for each in kept) + 8
     weight = Weight(_code_size(content), sum(each.nbytes for each in data.values()), ram)
     if target == "cortex-m4":
@@ -80,6 +83,30 @@ def export(exported: ExportedRobot, target: str, folder: Path) -> Weight:
     write_atomically(folder / "controller_data.h", _data(exported, data).encode())
     write_atomically(folder / "vectors.bin", vectors.tobytes())
     return weight
+
+
+def _is_constant(name: str, array: Array) -> bool:
+    """A policy only reads this array; a robot sets whom it acts for."""
+    return name in ARRAYS_KEPT and name != "pilot_robots" and array.nbytes > 0
+
+
+def _of_policy(exported: ExportedRobot) -> dict[str, str]:
+    """What a policy adds: to what a robot keeps, and to what the code takes and is given."""
+    fields, taken, given = [], [], []
+    for name, each in exported.policy.items():
+        is_constant = _is_constant(name, each)
+        if not is_constant and each.nbytes:
+            fields.append(f"    _Alignas(8) uint8_t {name}[{each.nbytes}];\n")
+        taken.append(f"{'const ' if is_constant or not each.nbytes else ''}void *{name}")
+        place = f"controller_{name}" if is_constant else f"self->{name}"
+        given.append(place if each.nbytes else "controller_settings")
+    taken += [f"void *{name}" for name in exported.views]
+    given += [f"self->{of}" for of in exported.views.values()]
+    return {
+        "policy_fields": "".join(fields),
+        "policy_taken": "".join(f"\n              {each}," for each in taken),
+        "policy_given": "".join(f"\n                           {each}," for each in given),
+    }
 
 
 def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, object]:
@@ -99,6 +126,7 @@ def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, ob
         "ram": weight.ram,
         "compile": COMPILE[target],
         "n_ticks": N_TICKS,
+        **_of_policy(exported),
     }
 
 

@@ -7,6 +7,8 @@ robots, too, for their messages. What `record_vectors` has seen in a world it re
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numba.core import types
@@ -15,18 +17,24 @@ from baselines.controller import LayeredController
 from baselines.running import RunningLayers
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
+from swarm_forage_env.envs.pilot import Piloted
 from swarm_forage_env.equations.random_draws import first_word
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import act, observe_world, update_and_describe
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import Kernel, is_privileged
+from swarm_forage_env.interface import Controller, Kernel, is_privileged
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import Record
 from swarm_forage_env.targets import llvm_text_of
+from swarm_forage_env.ticks import Arrays, nothing
 
 compose: Kernel
 set_stream: Kernel
-"""Free names of the template, beside those of `update_and_describe` and `act`."""
+pilot: Kernel
+act_as_learner: Kernel
+"""Free names of the templates, beside those of `update_and_describe` and `act`."""
+
+VIEWS = {"swarm": "robots", "robot_words": "robots", "mind_words": "minds"}
 
 TICK = 0
 """Asks for a tick; a larger number to start the stream of a cause, less one, from a seed."""
@@ -38,22 +46,32 @@ def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
     memories: Array,
     shared: Array,
     settings: Array,
+    piloting: Arrays,
     i: int,
     asked: int,
     seed: int,
 ) -> int:
     """Run a tick of robot i, or start it from a seed; 1 if a command or weight is not finite.
 
-    Free names: compose, set_stream; those of `update_and_describe` and `act`.
+    Free names: compose, set_stream, pilot; those of `update_and_describe` and `act`.
     """
     if asked != TICK:
         set_stream(memories[i], first_word(np.uint64(seed), i, asked - 1))
         return 0
     own = settings[0]
     update_and_describe(robots, minds, i, shared[i], own.estimator)
+    pilot(i, piloting)
     is_finite = act(robots[i], minds[i], memories[i], shared[i], own)
     compose(minds[i], own.estimator)
     return 0 if is_finite else 1
+
+
+def pilot_robot(i: int, piloting: Arrays) -> None:
+    """Let a policy act for robot i, and count its ticks. Free name: act_as_learner."""
+    robots, ticks, learners, rest = piloting
+    learners[0] = i
+    act_as_learner(robots, ticks[0], rest)
+    ticks[0] += 1
 
 
 @dataclass(frozen=True)
@@ -91,16 +109,20 @@ class ExportedRobot:
         """Build the layers; ConfigError for what cannot be exported."""
         check_exportable(controller, scenario)
         self.name, self.scenario, self._controller = controller.name, scenario, controller
-        loop = self.loop(0)
+        layers, self._pilot = cast(Controller, controller), None
+        if hasattr(controller, "pilot"):
+            piloted = cast(Piloted, controller)
+            self._pilot, layers = piloted.pilot(scenario), piloted.under(scenario)
+        loop = Loop(scenario, layers, [0], "kinematic")
         running = loop.controller
         if not isinstance(running, RunningLayers) or running.has_rules:
             raise ConfigError(
                 f"controller '{controller.name}' cannot be exported, as a layer of it is called by"
                 " Python; take one that is compiled, as ssgikf"
             )
-        layers = running.compiled
-        self._functions, self.noise = layers.functions, layers.noise
-        first_mind, first_memory = layers.firsts
+        compiled = running.compiled
+        self._functions, self.noise = compiled.functions, compiled.noise
+        first_mind, first_memory = compiled.firsts
         self.payload: type[Record] = (
             controller.estimator.layer(scenario).mind.fields["message"].kind
         )
@@ -110,7 +132,7 @@ class ExportedRobot:
             np.repeat(first_mind, n),
             np.repeat(first_memory, n),
             np.zeros((n, 0)),
-            np.ascontiguousarray(layers.arrays[3][0]),
+            np.ascontiguousarray(compiled.arrays[3][0]),
         )
 
     @property
@@ -118,11 +140,42 @@ class ExportedRobot:
         """How many robots there are: numbers of senders are less."""
         return len(self.records.minds)
 
+    @cached_property
+    def policy(self) -> dict[str, Array]:
+        """What a learned policy reads and writes; nothing without one."""
+        if self._pilot is None:
+            return {}
+        kinds = self.records.robots.dtype, self.records.minds.dtype
+        return {
+            "ticks": np.zeros(1, np.int64),
+            **self._pilot.arrays(1, *kinds, np.zeros(1, np.int64)),
+            "no_spans": np.zeros((0, 2), np.int64),
+            "time_left": np.zeros(1),
+        }
+
+    @property
+    def views(self) -> dict[str, str]:
+        """Further names under which a policy is handed records: which they are."""
+        return {} if self._pilot is None else VIEWS
+
     def llvm_text(self) -> str:
-        """The controller as LLVM's text; its function takes the records, then i, asked, seed."""
-        arrays = vars(self.records)
-        call = f"called({', '.join(arrays)}, i, asked * {1 + self.noise}, seed)"
-        run = bind(run_robot, self._functions)
+        """The controller as LLVM's text.
+
+        Its function takes the records, the arrays and views of a policy, then i, asked and seed.
+        """
+        records, n = vars(self.records), self.n_robots
+        views = {
+            name: each[None] if name == "swarm" else each.view(np.float32)[None]
+            for name, each in ((name, records[of]) for name, of in self.views.items())
+        }
+        piloting, own_pilot = "i", cast(Kernel, nothing)
+        if self._pilot is not None:
+            own = self._pilot.handed_over.replace("n_robots", str(n))
+            piloting = f"swarm, ticks, pilot_robots, ({own},)"
+            own_pilot = bind(pilot_robot, {"act_as_learner": self._pilot.kernel})
+        call = f"called({', '.join(records)}, ({piloting},), i, asked * {1 + self.noise}, seed)"
+        run = bind(run_robot, {**self._functions, "pilot": own_pilot})
+        arrays = {**records, **self.policy, **views}
         return llvm_text_of(run, arrays, ("i", "asked", "seed"), call, types.int64)
 
     @property

@@ -3,11 +3,17 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.compiler import bind
+from swarm_forage_env.envs.decision_kernels import add_nothing
+from swarm_forage_env.envs.decision_kernels import observe as observe_all
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.interface import Kernel, TeamController
-from swarm_forage_env.observed_fields import write_fields
+from swarm_forage_env.interface import KEEP, REPLACE, Kernel, TeamController
+from swarm_forage_env.observed_fields import spans_of, write_fields
 from swarm_forage_env.parameters import BaseScenario
+from swarm_forage_env.record import RecordType
 from swarm_forage_env.ticks import BEGINS, RUNS, Arrays
 
 forward: Kernel
@@ -32,6 +38,72 @@ class Pilot:
     n_between: int
     """Numbers of that room."""
 
+    def arrays(
+        self, n: int, robots: RecordType, minds: RecordType, learners: Int64[Array, " learners"]
+    ) -> dict[str, Array]:
+        """What the policy of n robots reads (`ARRAYS_KEPT`) and writes, by name."""
+        form, known = self.form, {"robots": robots, "minds": np.dtype([("estimator", minds)])}
+        n_seen, n_raw, layout = len(form.layout), len(form.policy.action), form.action.layout
+        *_, bound, squashes = form.observer.scaling
+        return {
+            "pilot_spans": spans_of(form.observer.shown, known),
+            "pilot_out": spans_of(form.policy.action, known),
+            "pilot_robots": learners,
+            "pilot_bound": bound,
+            "pilot_squashes": squashes.view(np.uint8),
+            "pilot_choices": form.action.conversion[0],
+            "pilot_numbers": self.numbers,
+            "pilot_sizes": self.sizes,
+            "pilot_states": np.zeros((n, self.n_state), np.float32),
+            "pilot_between": np.zeros(self.n_between, np.float32),
+            "pilot_actions": np.zeros((1, n, len(layout)), np.float32),
+            "pilot_low": np.array([each.low for each in layout], np.float32),
+            "pilot_high": np.array([each.high for each in layout], np.float32),
+            "pilot_raw": np.zeros((1, n, n_raw), np.float32),
+            "pilot_frames": np.zeros((1, n, 0, n_seen), np.float32),
+            "pilot_seen": np.zeros((1, n, n_seen), np.float32),
+            "pilot_modes": np.zeros(1, np.int8),
+            "left_alone": np.full(1, -1, np.int64),
+        }
+
+    @property
+    def handed_over(self) -> str:
+        """How these arrays are handed to `act_as_learner`, as an expression of their names.
+
+        Further names are those of the words of robots and minds, of how many robots there are, of
+        no spans and of the time that is left.
+        """
+        form, action = self.form, self.form.action
+        direction, direction_to, has_walk, *_ = form.observer.scaling
+        _, n_symmetric, steers_at, by = action.conversion
+        weighting = REPLACE if "weighting" in form.policy.replaces else KEEP
+        marks = KEEP, False, False
+        if "motion" in form.policy.replaces:
+            marks = action.motion, action.has_reflexes, form.has_walk
+        told = ", ".join(str(int(each)) for each in (form.config.period, *marks, weighting))
+        words = "robot_words, mind_words, robot_words"
+        return (
+            f"({words}, pilot_spans, n_robots), ({words}, pilot_out, n_robots), pilot_robots,"
+            f" ({direction}, {direction_to}, {has_walk}, pilot_bound, pilot_squashes),"
+            " (no_spans, time_left, pilot_raw), (pilot_seen, pilot_frames, pilot_seen),"
+            f" (pilot_choices, {n_symmetric}, {steers_at}, {float(by)!r}),"
+            " (pilot_numbers, pilot_sizes, pilot_states, pilot_between, pilot_actions, pilot_low,"
+            f" pilot_high), ({told}, left_alone), pilot_modes"
+        )
+
+    @property
+    def kernel(self) -> Kernel:
+        """`act_as_learner` with this policy."""
+        own = {"forward": self.forward, "observe": bind(observe_all, {"add_features": add_nothing})}
+        return bind(act_as_learner, {**own, **self.form.action.functions})
+
+
+ARRAYS_KEPT = (
+    "pilot_spans", "pilot_out", "pilot_robots", "pilot_bound", "pilot_squashes", "pilot_numbers",
+    "pilot_sizes", "pilot_low", "pilot_high", "left_alone",
+)  # fmt: skip
+"""Those of them that a policy only reads."""
+
 
 class Piloted(Protocol):
     """A controller whose learned layer is a policy that may be compiled."""
@@ -43,30 +115,30 @@ class Piloted(Protocol):
         """The policy; ConfigError for one that Python must call."""
 
 
-def act_as_learner(world_arrays: Arrays, piloting: Arrays) -> None:
-    """Let the policy act for all robots of one world where a decision is due.
+def act_as_learner(robots: Array, ticks: int, piloting: Arrays) -> None:
+    """Let the policy act for robots of one world where a decision is due.
 
     One robot may be left alone, which a visitor drives. Free names: forward, observe, write_raw,
     command.
     """
-    robots, world = world_arrays[0], world_arrays[1][0]
     fields, out_fields, learners, scaling, beside, rows, form, network, marks, modes = piloting
     numbers, sizes, states, between, actions, low, high = network
     period, motion, has_reflexes, is_walking, weighting, left_alone = marks
-    if world.ticks % period != 0:
+    if ticks % period != 0:
         return
-    modes[0] = BEGINS if world.ticks == 0 else RUNS
+    modes[0] = BEGINS if ticks == 0 else RUNS
     observe(fields, learners, scaling, beside, modes, rows, (0, 1))
     raw, seen = beside[2], rows[2]
-    for i in range(robots.shape[1]):
-        if world.ticks == 0:
-            states[i, :] = 0.0
-        forward(seen[0, i], numbers, sizes, states[i], between, actions[0, i])
+    for each in range(learners.shape[0]):
+        i = learners[each]
+        if ticks == 0:
+            states[each, :] = 0.0
+        forward(seen[0, each], numbers, sizes, states[each], between, actions[0, each])
         for k in range(low.shape[0]):
-            actions[0, i, k] = min(max(actions[0, i, k], low[k]), high[k])
-        write_raw(actions, 0, i, form, raw[0, i])
+            actions[0, each, k] = min(max(actions[0, each, k], low[k]), high[k])
+        write_raw(actions, 0, each, form, raw[0, each])
         if i != left_alone[0]:
             action = robots[0, i].action
             action.motion, action.weighting = motion, weighting
             action.has_reflexes, action.is_walking = has_reflexes, is_walking
-            write_fields(raw[0, i], out_fields, 0, i)
+            write_fields(raw[0, each], out_fields, 0, i)

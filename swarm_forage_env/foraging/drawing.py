@@ -159,7 +159,7 @@ def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
         run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
         modes[0] = RUNS
     for _ in range(n_ticks):
-        pilot(world_arrays, piloting)
+        pilot(robots, world_arrays[1][0].ticks, piloting)
         run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
         for i in range(robots.shape[1]):
             heard = robots[0, i].heard

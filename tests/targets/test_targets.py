@@ -23,6 +23,7 @@ from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.targets import TARGETS, compiled_for, linked_for_web, llvm_text, memory_of
 from tests.columns import check_same_bits
 from tests.golden.cases import ARENAS, WORLDS
+from tests.networks import any_network
 
 HERE = Path(__file__).parent
 TICKS = 600
@@ -183,6 +184,20 @@ def test_a_robot_alone_commands_what_it_does_in_the_swarm(name, tmp_path):
     vectors["wheels"][500, 0] += 1e-3
     vectors.tofile(tmp_path / "vectors.bin")
     assert run("./run", cwd=tmp_path, check=False) == "999 of 1000 equal\n"
+
+
+@pytest.mark.parametrize("n_state", [0, 8])
+@needs("gcc")
+def test_a_robot_alone_acts_by_a_network_as_it_does_in_the_swarm(n_state, tmp_path):
+    exported(any_network(tmp_path, n_state), "x86-64", tmp_path)
+    run("gcc", "-O2", "-Wall", "-Werror", "example.c", "controller.o", "-o", "run", cwd=tmp_path)
+    assert run("./run", cwd=tmp_path) == "1000 of 1000 equal\n"
+
+
+@needs("arm-none-eabi-gcc", "qemu-system-arm")
+def test_a_network_acts_the_same_on_its_chip(tmp_path):
+    exported(any_network(tmp_path, 8), "cortex-m4", tmp_path)
+    assert run_on_cortex_m4("example.c", "controller.o", cwd=tmp_path) == "1000 of 1000 equal\n"
 
 
 @pytest.mark.parametrize("name", EXPORTED[:2])

@@ -54,11 +54,12 @@ typedef struct {
     _Alignas(8) uint8_t robots[CONTROLLER_ROBOTS * ROBOT_SIZE];
     _Alignas(8) uint8_t minds[CONTROLLER_ROBOTS * MIND_SIZE];
     _Alignas(8) uint8_t memories[CONTROLLER_ROBOTS * MEMORY_SIZE];
-    int64_t number;
+${policy_fields}    int64_t number;
 } controller_t;
 
 int swarm_run(int64_t *result, void **error, void *robots, void *minds, void *memories,
-              const void *nothing, const void *settings, int64_t robot, int64_t asked, int64_t seed);
+              const void *nothing, const void *settings,${policy_taken}
+              int64_t robot, int64_t asked, int64_t seed);
 
 _Static_assert(sizeof(controller_readings_t) == READINGS_SIZE, "readings are laid out as C does");
 _Static_assert(sizeof(controller_payload_t) == PAYLOAD_SIZE, "payloads are laid out as C does");
@@ -69,7 +70,8 @@ static inline int controller_run(controller_t *self, int64_t asked, int64_t seed
     int64_t result = 0;
     void *error = 0;
     int failed = swarm_run(&result, &error, self->robots, self->minds, self->memories,
-                           controller_settings, controller_settings, self->number, asked, seed);
+                           controller_settings, controller_settings,${policy_given}
+                           self->number, asked, seed);
     return failed || result != 0;
 }
 

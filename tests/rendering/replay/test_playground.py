@@ -13,16 +13,14 @@ from baselines.evaluation.play import write_playground
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
-from swarm_forage_env.envs.make import checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.chromium import CHROMIUM, MISSING, launched_browser  # noqa: F401 the fixture browser
+from tests.networks import any_network
 from tests.rendering.replay.test_browser import LOADED, opened, until  # noqa: F401 a fixture
-from training.network_policy import save_network, shapes_of
-from training.policy_card import card_of
 
 CONTROLLERS = "ssgiff", "learned-both"
 SHORT = "task.duration=600"
@@ -195,16 +193,7 @@ def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_p
 
 @pytest.fixture(scope="module")
 def network(tmp_path_factory):
-    """The name of a policy with a memory, of weights by chance."""
-    found, rng = tmp_path_factory.mktemp("policy") / "any.safetensors", np.random.default_rng(0)
-    parts = checked_parts("es1", None, {"learn": "motion"})
-    form = PolicyForm([parts.scenario], parts.config)
-    shapes = shapes_of([len(form.layout), 16, len(form.action.layout)], 8)
-    weights = {
-        name: rng.normal(0.0, 0.5, shape).astype(np.float32) for name, shape in shapes.items()
-    }
-    save_network(found, weights, card_of(parts))
-    return f"network:{found}"
+    return any_network(tmp_path_factory.mktemp("policy"), 8)
 
 
 @pytest.mark.browser
