@@ -1,4 +1,4 @@
-"""Networks of weights by chance, as policies of the motion in es1."""
+"""Networks of weights by chance, as policies in es1."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from training.network_policy import save_network, shapes_of
 from training.policy_card import card_of
 
 
-def any_network(folder, n_state):
+def any_network(folder, n_state, learn="motion"):
     """The name of a policy with hidden units, and a memory of so many numbers."""
     found, rng = folder / "any.safetensors", np.random.default_rng(0)
-    parts = checked_parts("es1", None, {"learn": "motion"})
+    parts = checked_parts("es1", None, {"learn": learn})
     form = PolicyForm([parts.scenario], parts.config)
     shapes = shapes_of([len(form.layout), 16, len(form.action.layout)], n_state)
     weights = {name: rng.normal(0.0, 0.05, shape).astype("f4") for name, shape in shapes.items()}

@@ -102,10 +102,10 @@ class PolicyController(LayeredController):
     def pilot(self, scenario: BaseScenario) -> Pilot:
         """The policy, compiled beside the world; ConfigError for one that Python must call."""
         form = self.form(scenario)
-        if self.policy.chance or self.is_everything or form.observer.parts or form.config.stack > 1:
+        if self.policy.chance or form.observer.parts or form.config.stack > 1:
             raise ConfigError(
-                f"policy {self.policy.source}: Python calls a policy that acts by chance, is"
-                " everything, or observes more than its layer does in a tick"
+                f"policy {self.policy.source}: Python calls a policy that acts by chance or"
+                " observes more than its layer does in a tick"
             )
         return self.policy.pilot(form)
 

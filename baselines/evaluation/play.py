@@ -215,7 +215,13 @@ def _choice(
     if hasattr(controller, "pilot"):
         piloted = cast(Piloted, controller)
         pilot, layers = piloted.pilot(scenario), piloted.under(scenario)
-    return Choice(Loop(scenario, layers, [0], "kinematic"), pilot, settings)
+    loop = Loop(scenario, layers, [0], "kinematic")
+    if not loop.controller.compiled.has_beliefs:
+        raise ConfigError(
+            f"controller '{controller.name}': a page draws what robots believe, and where a policy"
+            " is everything they have no estimator; take one of the motion or of the weighting"
+        )
+    return Choice(loop, pilot, settings)
 
 
 def _is_alike(loop: Loop, usual: Loop) -> bool:

@@ -14,7 +14,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.envs.pilot import ARRAYS_KEPT
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.record import Record, offset_of
+from swarm_forage_env.record import Field, RecordType, offset_of
 from swarm_forage_env.targets import TARGETS, compiled_for
 
 N_TICKS, SEEDS = 1000, range(10)
@@ -120,7 +120,7 @@ def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, ob
         "n_robots": exported.n_robots,
         "slots": exported.vector["received"].shape[0],
         "cruise": f"{scenario.robot.cruise_speed:g}",
-        "payload": payload_struct(exported.payload),
+        "payload": payload_struct(exported.payload, exported.message_dtype),
         "code": weight.code,
         "data": weight.data,
         "ram": weight.ram,
@@ -130,14 +130,12 @@ def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, ob
     }
 
 
-def payload_struct(kind: type[Record]) -> str:
+def payload_struct(fields: Mapping[str, Field], dtype: RecordType) -> str:
     """What robots tell each other as a struct of C, with units as comments."""
-    dtype, lines = (
-        kind.dtype(),
-        ["/* What robots tell of the nest [0] and of the prey area [1]. */"],
-    )
-    lines.append("typedef struct {")
-    for name, each in kind.fields.items():
+    lines = ["/* What robots tell of the nest [0] and of the prey area [1]. */", "typedef struct {"]
+    if "words" in fields:
+        lines[0] = "/* What robots tell each other: its meaning is the policy's. */"
+    for name, each in fields.items():
         axes = "".join(f"[{n}]" for n in dtype[name].shape)
         unit = f" /* [{each.unit}] */" if each.unit else ""
         lines.append(f"    {C_TYPES[dtype[name].base.name]} {name}{axes};{unit}")
@@ -153,8 +151,8 @@ def _data(exported: ExportedRobot, data: Mapping[str, Array]) -> str:
         "ROBOT_SIZE": robots.itemsize,
         "MIND_SIZE": minds.itemsize,
         "MEMORY_SIZE": exported.records.memories.dtype.itemsize,
-        "MESSAGE": offset_of(minds, "message"),
-        "PAYLOAD_SIZE": minds["message"].itemsize,
+        "MESSAGE": offset_of(minds, exported.message),
+        "PAYLOAD_SIZE": minds[exported.message].itemsize,
         "READINGS": offset_of(robots, "readings"),
         "READINGS_SIZE": robots["readings"].itemsize,
         "HEARD": at,

@@ -5,7 +5,8 @@ it tells, by the functions that ticks of a whole world call. It has rows of reco
 robots, too, for their messages. What `record_vectors` has seen in a world it repeats, bit for bit.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
@@ -14,17 +15,17 @@ import numpy as np
 from numba.core import types
 
 from baselines.controller import LayeredController
-from baselines.running import RunningLayers
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.envs.pilot import Piloted
 from swarm_forage_env.equations.random_draws import first_word
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import act, observe_world, update_and_describe
+from swarm_forage_env.foraging.records import Said
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Controller, Kernel, is_privileged
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import Record
+from swarm_forage_env.record import Field, Record, RecordType
 from swarm_forage_env.targets import llvm_text_of
 from swarm_forage_env.ticks import Arrays, nothing
 
@@ -32,9 +33,11 @@ compose: Kernel
 set_stream: Kernel
 pilot: Kernel
 act_as_learner: Kernel
+hear_words: Kernel
+apply_action: Kernel
 """Free names of the templates, beside those of `update_and_describe` and `act`."""
 
-VIEWS = {"swarm": "robots", "robot_words": "robots", "mind_words": "minds"}
+VIEWS = {"swarm": "robots", "voices": "minds", "robot_words": "robots", "mind_words": "minds"}
 
 TICK = 0
 """Asks for a tick; a larger number to start the stream of a cause, less one, from a seed."""
@@ -66,9 +69,30 @@ def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
     return 0 if is_finite else 1
 
 
+def run_policy(  # noqa: PLR0913 as `run_robot`
+    robots: Array,
+    minds: Array,
+    memories: Array,
+    shared: Array,
+    settings: Array,
+    piloting: Arrays,
+    i: int,
+    asked: int,
+    seed: int,
+) -> int:
+    """The same where a policy is everything. Free names: hear_words, pilot, apply_action."""
+    if asked != TICK:
+        return 0
+    hear_words((piloting[0],), piloting[1], 0, i)
+    pilot(i, piloting)
+    apply_action(robots[i], minds[i])
+    wheels = robots[i].command.wheels
+    return 0 if math.isfinite(wheels[0] + wheels[1]) else 1
+
+
 def pilot_robot(i: int, piloting: Arrays) -> None:
     """Let a policy act for robot i, and count its ticks. Free name: act_as_learner."""
-    robots, ticks, learners, rest = piloting
+    robots, _, ticks, learners, rest = piloting
     learners[0] = i
     act_as_learner(robots, ticks[0], rest)
     ticks[0] += 1
@@ -107,25 +131,30 @@ class ExportedRobot:
 
     def __init__(self, controller: LayeredController, scenario: Scenario) -> None:
         """Build the layers; ConfigError for what cannot be exported."""
-        check_exportable(controller, scenario)
         self.name, self.scenario, self._controller = controller.name, scenario, controller
         layers, self._pilot = cast(Controller, controller), None
         if hasattr(controller, "pilot"):
             piloted = cast(Piloted, controller)
             self._pilot, layers = piloted.pilot(scenario), piloted.under(scenario)
         loop = Loop(scenario, layers, [0], "kinematic")
-        running = loop.controller
-        if not isinstance(running, RunningLayers) or running.has_rules:
+        running, compiled = loop.controller, loop.controller.compiled
+        if compiled.has_beliefs:
+            check_exportable(controller, scenario)
+        if running.has_rules or not compiled.firsts:
             raise ConfigError(
                 f"controller '{controller.name}' cannot be exported, as a layer of it is called by"
                 " Python; take one that is compiled, as ssgikf"
             )
-        compiled = running.compiled
         self._functions, self.noise = compiled.functions, compiled.noise
         first_mind, first_memory = compiled.firsts
-        self.payload: type[Record] = (
-            controller.estimator.layer(scenario).mind.fields["message"].kind
-        )
+        self.message = "message" if compiled.has_beliefs else "words"
+        """Where in what a robot keeps its message lies."""
+        self.payload: Mapping[str, Field] = {"words": Said.fields["words"]}
+        """The fields of a message."""
+        self._run: Kernel = run_policy
+        if compiled.has_beliefs:
+            kind = controller.estimator.layer(scenario).mind.fields["message"].kind
+            self.payload, self._run = cast(type[Record], kind).fields, run_robot
         n = loop.world.n_robots
         self.records = RobotRecords(
             np.zeros(n, loop.world.robots.dtype),
@@ -139,6 +168,14 @@ class ExportedRobot:
     def n_robots(self) -> int:
         """How many robots there are: numbers of senders are less."""
         return len(self.records.minds)
+
+    @property
+    def message_dtype(self) -> RecordType:
+        """The record of a message, by the names of `payload`."""
+        minds = self.records.minds.dtype
+        if self.message == "words":
+            return np.dtype([("words", minds["words"])])
+        return minds[self.message]
 
     @cached_property
     def policy(self) -> dict[str, Array]:
@@ -165,16 +202,16 @@ class ExportedRobot:
         """
         records, n = vars(self.records), self.n_robots
         views = {
-            name: each[None] if name == "swarm" else each.view(np.float32)[None]
+            name: each.view(np.float32)[None] if name.endswith("words") else each[None]
             for name, each in ((name, records[of]) for name, of in self.views.items())
         }
         piloting, own_pilot = "i", cast(Kernel, nothing)
         if self._pilot is not None:
             own = self._pilot.handed_over.replace("n_robots", str(n))
-            piloting = f"swarm, ticks, pilot_robots, ({own},)"
+            piloting = f"swarm, voices, ticks, pilot_robots, ({own},)"
             own_pilot = bind(pilot_robot, {"act_as_learner": self._pilot.kernel})
         call = f"called({', '.join(records)}, ({piloting},), i, asked * {1 + self.noise}, seed)"
-        run = bind(run_robot, {**self._functions, "pilot": own_pilot})
+        run = bind(self._run, {**self._functions, "pilot": own_pilot})
         arrays = {**records, **self.policy, **views}
         return llvm_text_of(run, arrays, ("i", "asked", "seed"), call, types.int64)
 
@@ -186,12 +223,12 @@ class ExportedRobot:
         slots = heard["sender"].shape[0]
         received = np.dtype([
             ("range_bearing", np.float32, 3), ("n_averaged", np.float32), ("sender", np.int32),
-            ("payload", minds["message"]),
+            ("payload", minds[self.message]),
         ], align=True)  # fmt: skip
         return np.dtype([
             ("readings", robots["readings"]), ("n", np.int32), ("received", received, slots),
             ("wheels", np.float32, 2), ("is_speaking", np.int32), ("has_payload", np.int32),
-            ("payload", minds["message"]),
+            ("payload", minds[self.message]),
         ], align=True)  # fmt: skip
 
     def record_vectors(self, seed: int, i: int, n_ticks: int) -> Array:
@@ -208,12 +245,13 @@ class ExportedRobot:
                 received, sender = vector["received"][slot], robot["heard"]["sender"][slot]
                 received["range_bearing"] = robot["heard"]["range_bearing"][slot]
                 received["n_averaged"] = robot["heard"]["n_averaged"][slot]
-                received["sender"], received["payload"] = sender, minds["message"][0, sender]
+                received["sender"], received["payload"] = sender, minds[self.message][0, sender]
             loop.step()
             vector["wheels"] = robot["command"]["wheels"]
             vector["is_speaking"] = robot["command"]["is_speaking"]
-            vector["has_payload"] = minds["is_composed"][0, i]
-            vector["payload"] = minds["message"][0, i] if vector["has_payload"] else 0
+            is_told = "is_composed" not in minds.dtype.names or minds["is_composed"][0, i]
+            vector["has_payload"] = is_told
+            vector["payload"] = minds[self.message][0, i] if is_told else 0
         return vectors
 
     def busiest(self, seeds: Sequence[int], n_ticks: int) -> tuple[int, int]:

@@ -41,8 +41,13 @@ class Pilot:
     def arrays(
         self, n: int, robots: RecordType, minds: RecordType, learners: Int64[Array, " learners"]
     ) -> dict[str, Array]:
-        """What the policy of n robots reads (`ARRAYS_KEPT`) and writes, by name."""
-        form, known = self.form, {"robots": robots, "minds": np.dtype([("estimator", minds)])}
+        """What the policy of n robots reads (`ARRAYS_KEPT`) and writes, by name.
+
+        `minds` are what estimators keep, or where the policy is everything what robots say.
+        """
+        form = self.form
+        whole = minds if form.config.learn == "everything" else np.dtype([("estimator", minds)])
+        known = {"robots": robots, "minds": whole}
         n_seen, n_raw, layout = len(form.layout), len(form.policy.action), form.action.layout
         *_, bound, squashes = form.observer.scaling
         return {

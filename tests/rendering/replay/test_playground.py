@@ -217,6 +217,13 @@ def test_a_network_that_acts_by_chance_runs_in_no_page(network, tmp_path):
         write_playground(options, tmp_path / "x.html")
 
 
+def test_a_policy_of_everything_believes_nothing_that_a_page_could_draw(tmp_path):
+    name = any_network(tmp_path, 0, "everything")
+    options = EvaluateOptions("es1", [name], 1, 0, [], "kinematic")
+    with pytest.raises(ConfigError, match="a page draws what robots believe"):
+        write_playground(options, tmp_path / "x.html")
+
+
 def test_a_policy_that_python_calls_runs_in_no_page(tmp_path, monkeypatch):
     code = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np.float32)\n"
     (tmp_path / "my_policy.py").write_text(code)
