@@ -194,13 +194,26 @@ def test_a_robot_alone_acts_by_a_network_as_it_does_in_the_swarm(n_state, learn,
     assert run("./run", cwd=tmp_path) == "1000 of 1000 equal\n"
 
 
+@needs("node")
+def test_a_network_acts_the_same_in_web_assembly(tmp_path):
+    exported(any_network(tmp_path, 8, "everything"), "wasm32", tmp_path)
+    options = "-target", "wasm32-wasi", "-O2", "example.c", "controller.o", "-o", "run.wasm"
+    zig("cc", *options, cwd=tmp_path)
+    assert run("node", "--no-warnings", HERE / "wasi.mjs", cwd=tmp_path) == "1000 of 1000 equal\n"
+
+
 @needs("arm-none-eabi-gcc", "qemu-system-arm")
 def test_a_network_acts_the_same_on_its_chip(tmp_path):
     exported(any_network(tmp_path, 8), "cortex-m4", tmp_path)
     assert run_on_cortex_m4("example.c", "controller.o", cwd=tmp_path) == "1000 of 1000 equal\n"
 
 
-@pytest.mark.parametrize("name", EXPORTED[:2])
+def some(n):
+    """So many of the exported controllers; the others by `pytest -m slow`."""
+    return [*EXPORTED[:n], *(pytest.param(each, marks=pytest.mark.slow) for each in EXPORTED[n:])]
+
+
+@pytest.mark.parametrize("name", some(2))
 @needs("arm-none-eabi-gcc", "qemu-system-arm")
 def test_a_robot_alone_commands_the_same_on_its_chip(name, tmp_path):
     exported(name, "cortex-m4", tmp_path)
@@ -213,9 +226,10 @@ def test_a_robot_alone_commands_the_same_on_its_chip(name, tmp_path):
     assert 1_000 < mean < most < 0.02 * A_TICK, "a tick takes a fiftieth of its time, at most"
 
 
+@pytest.mark.parametrize("name", some(1))
 @needs("node")
-def test_a_robot_alone_commands_the_same_in_web_assembly(tmp_path):
-    exported(EXPORTED[0], "wasm32", tmp_path)
+def test_a_robot_alone_commands_the_same_in_web_assembly(name, tmp_path):
+    exported(name, "wasm32", tmp_path)
     options = "-target", "wasm32-wasi", "-O2", "example.c", "controller.o", "-o", "run.wasm"
     zig("cc", *options, cwd=tmp_path)
     assert run("node", "--no-warnings", HERE / "wasi.mjs", cwd=tmp_path) == "1000 of 1000 equal\n"
