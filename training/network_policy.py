@@ -8,7 +8,7 @@ standard deviation by which the policy acted in training. In a file with arrays 
 has its equations. The card of the same name tells its keywords and its training.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -78,8 +78,8 @@ class NetworkPolicy(PolicyFile):
         names = [(f"{k}.weight", f"{k}.bias") for k in range(n_hidden + 1)]
         if n_state:
             names = [*MEMORY, *names]
-        parts = [part for w, b in names for part in (weights[w].T.ravel(), weights[b])]
-        return Network(np.concatenate(parts), np.array([n_state, *sizes])), weights[LOG_STD]
+        network = Network(packed_layers(weights, names), np.array([n_state, *sizes]))
+        return network, weights[LOG_STD]
 
 
 MEMORY = (
@@ -90,12 +90,17 @@ MEMORY = (
 """The arrays of a memory, which lies before the layers."""
 
 
+def packed_layers(weights: Weights, names: Iterable[tuple[str, str]]) -> Float32[Array, " numbers"]:
+    """Of each layer, by the names of its arrays, the matrix, inputs by outputs, and the bias."""
+    return np.concatenate([part for w, b in names for part in (weights[w].T.ravel(), weights[b])])
+
+
 @dataclass(frozen=True)
 class Network:
     """Layers, and before them a memory if there is one, as `forward` takes them."""
 
     numbers: Float32[Array, " numbers"]
-    """Of each layer in turn the matrix, inputs by outputs, and what is added."""
+    """As `packed_layers` gives them."""
     sizes: Int64[Array, " sizes"]
     """Numbers of a state; what is observed, hidden units of each layer, actions."""
 

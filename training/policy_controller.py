@@ -105,7 +105,8 @@ class PolicyController(LayeredController):
         if self.policy.chance or form.observer.parts or form.config.stack > 1:
             raise ConfigError(
                 f"policy {self.policy.source}: Python calls a policy that acts by chance or"
-                " observes more than its layer does in a tick"
+                " observes more than its layer does in a tick; leave out chance=true, or take one"
+                " that observes its layer alone, without stack"
             )
         return self.policy.pilot(form)
 

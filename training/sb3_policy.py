@@ -35,6 +35,7 @@ from training.foreign_file import (
     reason,
 )
 from training.network_policy import Network as DenseNetwork
+from training.network_policy import packed_layers
 from training.policy import Draw, PolicyFile, Predict, Recurrent, drawn_choices
 from training.policy_card import PolicyCard, card_from
 from training.policy_file import check_weights, misfit
@@ -355,8 +356,7 @@ def _dense(model: "BasePolicy") -> DenseNetwork | None:
         return None
     arrays = {name: each.numpy() for name, each in model.state_dict().items()}
     names = [f"mlp_extractor.policy_net.{2 * k}" for k in range(len(layers) - 1)] + ["action_net"]
-    parts = [p for n in names for p in (arrays[f"{n}.weight"].T.ravel(), arrays[f"{n}.bias"])]
-    numbers = np.concatenate(parts)
+    numbers = packed_layers(arrays, [(f"{name}.weight", f"{name}.bias") for name in names])
     sizes = [0, layers[0].in_features, *(each.out_features for each in layers)]
     return DenseNetwork(numbers, np.array(sizes))
 

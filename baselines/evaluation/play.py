@@ -21,13 +21,13 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.device_loop import LAYERS, WORLD
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.decision_kernels import add_nothing, observe
-from swarm_forage_env.envs.pilot import ARRAYS_KEPT, Pilot, Piloted
+from swarm_forage_env.envs.pilot import ARRAYS_KEPT, Pilot, pilot_and_layers
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.drawing import COLUMNS, run_and_draw
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import Controller, GpuTask
+from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
 from swarm_forage_env.parameters import BaseScenario, leaves
@@ -129,7 +129,7 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
 
 def _recorded(configuration: ExperimentConfig, every: int) -> Recording:
     """The first minutes of the episode of seed 0, for a browser without WebAssembly."""
-    loop = _changed(configuration, {}).loop
+    loop = Loop(configuration.scenario, configuration.controller, [0], "kinematic")
     recording = Recording(math.ceil(RECORDED / FRAME) + 1)
     recording.add(loop.scene())
     for _ in range(min(round(RECORDED / FRAME), loop.world.scenario.n_ticks // every)):
@@ -211,10 +211,7 @@ def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> 
 def _choice(
     scenario: BaseScenario, controller: LayeredController, settings: tuple[str, ...] = ()
 ) -> Choice:
-    pilot, layers = None, cast(Controller, controller)
-    if hasattr(controller, "pilot"):
-        piloted = cast(Piloted, controller)
-        pilot, layers = piloted.pilot(scenario), piloted.under(scenario)
+    pilot, layers = pilot_and_layers(controller, scenario)
     loop = Loop(scenario, layers, [0], "kinematic")
     if not loop.controller.compiled.has_beliefs:
         raise ConfigError(
@@ -372,12 +369,12 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
         "raw": np.zeros((1, 1, len(form.policy.action)), np.float32),
         "frames": np.zeros((1, 1, 0, len(form.layout)), np.float32),
         "seen": np.zeros((1, 1, len(form.layout)), np.float32),
-        **({} if swarm.pilot is None else swarm.pilot.arrays(n, *kinds, np.arange(MOST_ROBOTS))),
+        **(
+            {}
+            if swarm.pilot is None
+            else swarm.pilot.arrays(n, *kinds, np.arange(widest["near"][1]))
+        ),
     }
-
-
-MOST_ROBOTS = 1000
-"""Robots for which a policy acts."""
 
 
 def _form(loop: Loop) -> PolicyForm:

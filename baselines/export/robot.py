@@ -17,13 +17,13 @@ from numba.core import types
 from baselines.controller import LayeredController
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.envs.pilot import Piloted
+from swarm_forage_env.envs.pilot import pilot_and_layers
 from swarm_forage_env.equations.random_draws import first_word
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import act, observe_world, update_and_describe
 from swarm_forage_env.foraging.records import Said
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import Controller, Kernel, is_privileged
+from swarm_forage_env.interface import Kernel, is_privileged
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import Field, Record, RecordType
 from swarm_forage_env.targets import llvm_text_of
@@ -38,6 +38,7 @@ apply_action: Kernel
 """Free names of the templates, beside those of `update_and_describe` and `act`."""
 
 VIEWS = {"swarm": "robots", "voices": "minds", "robot_words": "robots", "mind_words": "minds"}
+"""Further names under which a policy is handed records: which they are."""
 
 TICK = 0
 """Asks for a tick; a larger number to start the stream of a cause, less one, from a seed."""
@@ -132,10 +133,7 @@ class ExportedRobot:
     def __init__(self, controller: LayeredController, scenario: Scenario) -> None:
         """Build the layers; ConfigError for what cannot be exported."""
         self.name, self.scenario, self._controller = controller.name, scenario, controller
-        layers, self._pilot = cast(Controller, controller), None
-        if hasattr(controller, "pilot"):
-            piloted = cast(Piloted, controller)
-            self._pilot, layers = piloted.pilot(scenario), piloted.under(scenario)
+        self._pilot, layers = pilot_and_layers(controller, scenario)
         loop = Loop(scenario, layers, [0], "kinematic")
         running, compiled = loop.controller, loop.controller.compiled
         if compiled.has_beliefs:

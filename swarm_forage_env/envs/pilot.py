@@ -1,7 +1,7 @@
 """A policy compiled beside the world: without Python it observes and acts as a learner does."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.envs.decision_kernels import add_nothing
 from swarm_forage_env.envs.decision_kernels import observe as observe_all
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.interface import KEEP, REPLACE, Kernel, TeamController
+from swarm_forage_env.interface import KEEP, REPLACE, Controller, Kernel, TeamController
 from swarm_forage_env.observed_fields import spans_of, write_fields
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import RecordType
@@ -118,6 +118,20 @@ class Piloted(Protocol):
 
     def pilot(self, scenario: BaseScenario) -> Pilot:
         """The policy; ConfigError for one that Python must call."""
+
+
+def pilot_and_layers(
+    controller: Controller, scenario: BaseScenario
+) -> tuple[Pilot | None, Controller]:
+    """The policy of a controller, compiled, and the controller of the layers beside it.
+
+    None and the controller itself, where it has no policy of another trainer. ConfigError for a
+    policy that Python must call.
+    """
+    if not hasattr(controller, "pilot"):
+        return None, controller
+    piloted = cast(Piloted, controller)
+    return piloted.pilot(scenario), piloted.under(scenario)
 
 
 def act_as_learner(robots: Array, ticks: int, piloting: Arrays) -> None:

@@ -186,7 +186,10 @@ def test_a_robot_alone_commands_what_it_does_in_the_swarm(name, tmp_path):
     assert run("./run", cwd=tmp_path, check=False) == "999 of 1000 equal\n"
 
 
-@pytest.mark.parametrize(("n_state", "learn"), [(0, "motion"), (8, "motion"), (8, "everything")])
+@pytest.mark.parametrize(
+    ("n_state", "learn"),
+    [(0, "motion"), (8, "motion"), (0, "weighting"), (0, "both"), (8, "everything")],
+)
 @needs("gcc")
 def test_a_robot_alone_acts_by_a_network_as_it_does_in_the_swarm(n_state, learn, tmp_path):
     exported(any_network(tmp_path, n_state, learn), "x86-64", tmp_path)

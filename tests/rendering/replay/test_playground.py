@@ -50,6 +50,7 @@ def trips_here(seed, numbers=None, changes=""):
     return [episode.round_trips for (episode,) in ran]
 
 
+RECORDED = "(player.seek(60), Array.from({ length: 10 }, (_, i) => robotAt(i).x))"
 TRIPS = "view.episodes.map(({ total }) => total[about.frames - 1])"
 
 
@@ -208,7 +209,11 @@ def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, network, tm
     loop = Loop(find_scenario("es1"), find_controller(network), [0], "kinematic")
     loop.run(600)
     shown = page.evaluate("Array.from({ length: 10 }, (_, i) => view.episodes[0].x[i * 61 + 60])")
-    assert shown == loop.world.robots["pose"][0, :, 0].astype(np.float32).tolist()
+    x = loop.world.robots["pose"][0, :, 0].astype(np.float32)
+    assert shown == x.tolist()
+    page = opened(path=file, before="delete WebAssembly")
+    until(page, LOADED)
+    np.testing.assert_allclose(page.evaluate(RECORDED), x, atol=1e-3)
 
 
 def test_a_network_that_acts_by_chance_runs_in_no_page(network, tmp_path):
