@@ -230,6 +230,12 @@ def policy_controller(
     The `keywords` are those of `parallel_env` under which it was trained. With `n_state=64` the
     function also gets a hidden state of each robot, float32 (robots, 64), which is zeros when an
     episode starts, and returns actions and the next states.
+
+    Args:
+        function: Maps observations (robots, features) to actions (robots, actions).
+        controller: Controller of the layers that the policy does not replace.
+        name: Name in tables and data.
+        **keywords: Keywords of `parallel_env` of the training, and `n_state`.
     """
     policy = validated(FunctionPolicy, {"function": function, **keywords})
     return named_policy(name, policy)._beside(controller)
