@@ -1,9 +1,10 @@
 """PPO from scratch on the environment's default keywords: one policy for all robots.
 
 Observations and actions are those of `parallel_env(scenario, learn=layer)`, and the reward is round
-trips, as for every other trainer. Training runs in intervals. Each resets the worlds with new seeds
-and ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from
-the last interval and ends with the same result.
+trips, as for every other trainer; a weighting is rewarded by the error of estimates
+(`training.error_rewards`). Training runs in intervals. Each resets the worlds with new seeds and
+ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the
+last interval and ends with the same result.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
@@ -22,6 +23,7 @@ from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.envs.array_env import array_env
 from swarm_forage_env.envs.make import checked_parts
 from training.actor_critic import ActorCritic, RecurrentActorCritic
+from training.error_rewards import ErrorRewardVecEnv
 from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.network_policy import NetworkPolicy, save_network
 from training.policy_card import card_of
@@ -41,11 +43,15 @@ class Preset:
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
     network: type[ActorCritic] = ActorCritic
+    vec_env: type[TensorVecEnv] = TensorVecEnv
 
 
 PRESETS: Mapping[str, Preset] = {
     "weighting": Preset(
-        {"step_on": "exchange"}, PPOHyperparameters(n_steps=256, n_minibatches=4), log_std=-0.7
+        {"step_on": "exchange"},
+        PPOHyperparameters(n_steps=256, n_minibatches=4, discount=0.0),
+        log_std=-0.7,
+        vec_env=ErrorRewardVecEnv,
     ),
     "motion": Preset(),
     "both": Preset(),
@@ -57,7 +63,7 @@ PRESETS: Mapping[str, Preset] = {
     ),
 }
 """For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
-(decision 0033), by 30 to 80 million for the weighting (0034)."""
+(decision 0033), for the weighting by decisions 0034 and 0040."""
 
 LATEST = "latest.safetensors"  # file of the policy of the last interval
 BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
@@ -163,7 +169,7 @@ def controller_beside(experiment: Experiment) -> LayeredController | None:
 
 def make_env(experiment: Experiment) -> TensorVecEnv:
     """Make the robots of all scenarios of an experiment, on its device."""
-    return TensorVecEnv(
+    return PRESETS[experiment.layer].vec_env(
         [
             array_env(
                 experiment.scenarios_by_name[name],
