@@ -93,6 +93,9 @@ class ShownEnv:
         self.max_cycles = env.max_cycles
         self.observation_layout, self.action_layout = env.observation_layout, env.action_layout
 
+    def __repr__(self) -> str:
+        return self.array_env.described(type(self).__name__)
+
     @property
     def world(self) -> World:
         """The worlds of the robots: their records are the truth."""
