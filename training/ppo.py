@@ -20,7 +20,8 @@ import torch
 from baselines.controller import LayeredController
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Int64
-from swarm_forage_env.envs.array_env import array_env
+from swarm_forage_env.envs.array_env import ArrayEnv, checked_device
+from swarm_forage_env.envs.keywords import EnvOptions, OwnName
 from swarm_forage_env.envs.make import checked_parts
 from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.error_rewards import ErrorRewardVecEnv
@@ -38,7 +39,7 @@ from training.training_loop import ProgressLogger, Training, run
 class Preset:
     """How a layer is trained; by default as the motion."""
 
-    keywords: Mapping[str, object] = field(default_factory=dict)
+    keywords: EnvOptions = field(default_factory=EnvOptions)
     """Keywords of the environment that are not its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
@@ -154,9 +155,10 @@ class PPOTraining(Training):
         return policy.to_numpy()
 
 
-def keywords(experiment: Experiment) -> dict[str, object]:
+def keywords(experiment: Experiment) -> EnvOptions:
     """Keywords of `parallel_env` under which an experiment trains."""
-    terms: dict[str, object] = {"learn": experiment.layer, "physics": experiment.physics}
+    physics = OwnName(experiment.physics)
+    terms: EnvOptions = {"learn": OwnName(experiment.layer), "physics": physics}
     if experiment.device == "cpu":
         terms["threads"] = experiment.workers
     return {**terms, **PRESETS[experiment.layer].keywords}
@@ -171,9 +173,9 @@ def make_env(experiment: Experiment) -> TensorVecEnv:
     """Make the robots of all scenarios of an experiment, on its device."""
     return PRESETS[experiment.layer].vec_env(
         [
-            array_env(
+            ArrayEnv(
                 experiment.scenarios_by_name[name],
-                device=experiment.device,
+                device=checked_device(experiment.device),
                 n_worlds=n_worlds,
                 controller=controller_beside(experiment),
                 **keywords(experiment),
