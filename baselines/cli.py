@@ -136,9 +136,9 @@ def bench(
         from baselines.evaluation.bench.gpu import gpu_table, measure_gpu
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import report
-        from swarm_forage_env.envs.array_env import check_device
+        from swarm_forage_env.envs.array_env import checked_device
 
-        check_device(device)
+        checked_device(device)
 
         console = Console(stderr=True)
         with console.status("") as status:

@@ -20,7 +20,7 @@ from benchmarl.experiment import Experiment
 from benchmarl.models.mlp import MlpConfig
 from torchrl.envs.utils import ExplorationType, set_exploration_type
 
-from training.benchmarl_tasks import EpisodeMetrics, SwarmForageTask, settings
+from training.benchmarl_tasks import EpisodeMetrics, KeepsPolicy, SwarmForageTask, settings
 
 
 def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
         critic_model_config=MlpConfig.get_from_yaml(),
         seed=chosen.seed,
         config=settings(task, max_n_frames=chosen.frames, save_folder=str(chosen.out.resolve())),
-        callbacks=[evaluation],
+        callbacks=[evaluation, KeepsPolicy()],
     )
     experiment.run()
 
@@ -62,6 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
             f"{name}: {learned.mean():.2f} learned, {chance:.2f} the same, stochastic,"
             f" {drawn:.2f} random actions"
         )
+    print(f"kept: {experiment.folder_name / 'policy.pt'}")
     return evaluation
 
 

@@ -12,6 +12,7 @@ from swarm_forage_env.envs.registration import register_with_gymnasium, register
 
 if TYPE_CHECKING:
     from swarm_forage_env.envs.array_env import ArrayEnv, array_env
+    from swarm_forage_env.envs.keywords import OwnName
     from swarm_forage_env.envs.pettingzoo_env import env, parallel_env, raw_env
     from swarm_forage_env.errors import ConfigError, UnknownNameError
     from swarm_forage_env.foraging.world import ForagingWorld
@@ -21,6 +22,7 @@ __all__ = [
     "ArrayEnv",
     "ConfigError",
     "ForagingWorld",
+    "OwnName",
     "UnknownNameError",
     "array_env",
     "env",
@@ -31,6 +33,7 @@ __all__ = [
 
 _NAMES = {
     "envs.array_env": ("ArrayEnv", "array_env"),
+    "envs.keywords": ("OwnName",),
     "envs.pettingzoo_env": ("env", "parallel_env", "raw_env"),
     "errors": ("ConfigError", "UnknownNameError"),
     "foraging.world": ("ForagingWorld",),

@@ -6,6 +6,7 @@ function AggregationTwoSpots. Not in the paper, and chosen here: the reward of e
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field
@@ -37,6 +38,9 @@ class AggregationScenario(EpuckScenario):
     """Everything that fixes a world of aggregation but its seed."""
 
     task: AggregationMission = AggregationMission()
+
+    if TYPE_CHECKING:
+        _episode: type["AggregationEpisode"]
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:

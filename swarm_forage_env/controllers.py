@@ -14,12 +14,7 @@ from swarm_forage_env.task import task_of
 OneController = str | Controller
 """A name, a name with parameters, or a controller."""
 
-Controllers = (
-    OneController
-    | list[OneController]
-    | tuple[OneController, ...]
-    | Mapping[str | int, OneController]
-)
+Controllers = OneController | Sequence[OneController] | Mapping[Any, OneController]
 """One for all robots, one for each of them, or some of them by robot."""
 
 OTHERS = "*"
@@ -72,7 +67,7 @@ def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> 
         named = _by_number(controller, task.agents(scenario.task.n_robots))
         others = controller.get(OTHERS, task.controller)
         wanted = [named.get(robot, others) for robot in range(scenario.task.n_robots)]
-    elif isinstance(controller, list | tuple):
+    elif isinstance(controller, Sequence) and not isinstance(controller, str):
         wanted = list(controller)
     else:
         return find_controller(task.controller if controller is None else controller)

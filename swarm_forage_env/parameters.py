@@ -1,7 +1,7 @@
 """Parameters: frozen models that refuse nonsense, and how single numbers of them are changed."""
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails, PydanticCustomError
@@ -48,6 +48,17 @@ class BaseTask(Parameters):
         duration: float = 1.0
 
 
+EpisodeT_co = TypeVar("EpisodeT_co", covariant=True)
+
+
+class HasEpisodes(Protocol[EpisodeT_co]):
+    """A scenario, for type checkers: what its episodes are."""
+
+    @property
+    def _episode(self) -> type[EpisodeT_co]:
+        """The class of an episode."""
+
+
 class BaseScenario(Parameters):
     """A scenario of any task: subclasses have the fields `name`, `tick` [s] and `task`."""
 
@@ -55,6 +66,7 @@ class BaseScenario(Parameters):
         name: str = ""
         tick: float = 1.0
         task: BaseTask = BaseTask()
+        _episode: type[Any]  # as `Task.episode` has it
 
     fixed: ClassVar[tuple[str, ...]] = ("task.n_robots",)
     """Numbers that fix the sizes of its world's records: they last as long as the world."""

@@ -3,18 +3,48 @@
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import BaseScenario, leaves, override
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
 from swarm_forage_env.task import task_of
 
-ScenarioSource = str | Path | BaseScenario
-"""A name, a TOML file or a scenario."""
+if TYPE_CHECKING:
+    from swarm_forage_env.aggregation import AggregationScenario
+    from swarm_forage_env.foraging.scenario import Scenario
+    from swarm_forage_env.waypoints.scenario import WaypointsScenario
+
+ForagingName = Literal[
+    "ants2008", "es1", "es1-clean", "es2", "es3", "mg1-dodecagon", "mg1-hexagon", "mg1-square",
+    "moving-prey", "near", "real", "two-nests", "two-prey",
+]  # fmt: skip
+WaypointsName = Literal[
+    "waypoints-05", "waypoints-10", "waypoints-25", "waypoints-50", "waypoints-05-authors",
+    "waypoints-10-authors", "waypoints-25-authors", "waypoints-50-authors",
+]  # fmt: skip
+
+ScenarioSource = ForagingName | WaypointsName | Literal["aggregation"] | str | Path | BaseScenario
+"""A name, a TOML file or a scenario; an editor completes the names."""
+
+Overrides = Mapping[str, object] | None
+
+ScenarioT = TypeVar("ScenarioT", bound=BaseScenario)
 
 
-def find_scenario(scenario: ScenarioSource, overrides: Mapping[str, object] | None = None) -> Any:  # noqa: ANN401 of any task
+@overload
+def find_scenario(scenario: ForagingName, overrides: Overrides = None) -> "Scenario": ...
+@overload
+def find_scenario(scenario: WaypointsName, overrides: Overrides = None) -> "WaypointsScenario": ...
+@overload
+def find_scenario(
+    scenario: Literal["aggregation"], overrides: Overrides = None
+) -> "AggregationScenario": ...
+@overload
+def find_scenario(scenario: ScenarioT, overrides: Overrides = None) -> ScenarioT: ...
+@overload
+def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any: ...  # noqa: ANN401 of any task
+def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
     """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
 
     Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for an

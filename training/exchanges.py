@@ -172,10 +172,14 @@ class RecordingWeighting:
     def _is_recorded(self, exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
         """The partner told of the area, and the network is asked about it."""
         is_told, is_known = exchange.heard_known > 0.0, exchange.own_known > 0.0
-        is_merged: Bool[Array, "rows areas"] = is_told & is_known
-        if not is_double:
-            is_merged &= exchange.goal[:, :2] > 0.0
-        return is_merged | (is_told & ~is_known) if self.remembers else is_merged
+        merged = is_merged(exchange, is_double)
+        return merged | (is_told & ~is_known) if self.remembers else merged
+
+
+def is_merged(exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
+    """Both robots know the area, and a double exchange or the robot's goal is about it."""
+    is_known: Bool[Array, "rows areas"] = (exchange.heard_known > 0.0) & (exchange.own_known > 0.0)
+    return is_known if is_double else is_known & (exchange.goal[:, :2] > 0.0)
 
 
 @kernel

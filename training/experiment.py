@@ -16,7 +16,7 @@ from baselines.evaluation.evaluate_options import check_count, check_physics
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.device_memory import usable_gpu
-from swarm_forage_env.envs.array_env import check_device
+from swarm_forage_env.envs.array_env import checked_device
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import files_read_by
@@ -125,7 +125,7 @@ class Experiment:
 
     def _check_device(self) -> None:
         with of_option("--"):
-            check_device(self.device)
+            checked_device(self.device)
             if self.device == "cpu":
                 return
             if self.algorithm == "imitation":

@@ -8,17 +8,18 @@ name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Unpack
 
 from pydantic import Field, ValidationError, model_validator
 
+from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.config import PolicyKeywords
+from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.made_with import made_with
 from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Controller
 from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.scenarios import ScenarioSource
 from training.foreign_file import LARGEST_CARD, read_file, reason
@@ -75,8 +76,8 @@ def card_of(parts: EnvParts) -> PolicyCard:
 def save_policy_card(
     file: str | Path,
     scenario: ScenarioSource = "es1",
-    controller: str | Controller | None = None,
-    **options: object,
+    controller: Controllers | None = None,
+    **options: Unpack[EnvOptions],
 ) -> Path:
     """Write the card of a policy file beside it, under the keywords that it was trained with.
 

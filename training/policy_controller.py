@@ -9,7 +9,7 @@ product depends on its number of rows, and an episode must not depend on its nei
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from baselines.controllers import SINGLE, SUBSUMPTION
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.envs.config import PolicyKeywords
+from swarm_forage_env.envs.keywords import Learn, PolicyOptions
 from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -220,24 +221,29 @@ def policy_controller(
     function: Callable[..., object],
     controller: str | Controller = "ssgikf",
     name: str = "policy",
-    **keywords: object,
+    learn: Learn = "motion",
+    n_state: int = 0,
+    **keywords: Unpack[PolicyOptions],
 ) -> PolicyController:
     """A controller of a function that maps what the robots of a world observe to their actions.
 
         team = policy_controller(model.predict_rows, learn="motion", decision_period=5)
         env = parallel_env("es1", controller=team, learners=1)
 
-    The `keywords` are those of `parallel_env` under which it was trained. With `n_state=64` the
-    function also gets a hidden state of each robot, float32 (robots, 64), which is zeros when an
-    episode starts, and returns actions and the next states.
+    `learn` and `keywords` are those of `parallel_env` under which it was trained. With
+    `n_state=64` the function also gets a hidden state of each robot, float32 (robots, 64), which
+    is zeros when an episode starts, and returns actions and the next states.
 
     Args:
         function: Maps observations (robots, features) to actions (robots, actions).
         controller: Controller of the layers that the policy does not replace.
         name: Name in tables and data.
-        **keywords: Keywords of `parallel_env` of the training, and `n_state`.
+        learn: Layers that the policy replaces.
+        n_state: Size of the hidden state of a robot; 0: none.
+        **keywords: Further keywords of `parallel_env` of the training.
     """
-    policy = validated(FunctionPolicy, {"function": function, **keywords})
+    terms = {"function": function, "learn": learn, "n_state": n_state, **keywords}
+    policy = validated(FunctionPolicy, terms)
     return named_policy(name, policy)._beside(controller)
 
 

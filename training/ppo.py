@@ -1,9 +1,10 @@
 """PPO from scratch on the environment's default keywords: one policy for all robots.
 
 Observations and actions are those of `parallel_env(scenario, learn=layer)`, and the reward is round
-trips, as for every other trainer. Training runs in intervals. Each resets the worlds with new seeds
-and ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from
-the last interval and ends with the same result.
+trips, as for every other trainer; a weighting is rewarded by the error of estimates
+(`training.error_rewards`). Training runs in intervals. Each resets the worlds with new seeds and
+ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the
+last interval and ends with the same result.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
@@ -19,9 +20,11 @@ import torch
 from baselines.controller import LayeredController
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Int64
-from swarm_forage_env.envs.array_env import array_env
+from swarm_forage_env.envs.array_env import ArrayEnv, checked_device
+from swarm_forage_env.envs.keywords import EnvOptions, OwnName
 from swarm_forage_env.envs.make import checked_parts
 from training.actor_critic import ActorCritic, RecurrentActorCritic
+from training.error_rewards import ErrorRewardVecEnv
 from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.network_policy import NetworkPolicy, save_network
 from training.policy_card import card_of
@@ -36,16 +39,20 @@ from training.training_loop import ProgressLogger, Training, run
 class Preset:
     """How a layer is trained; by default as the motion."""
 
-    keywords: Mapping[str, object] = field(default_factory=dict)
+    keywords: EnvOptions = field(default_factory=EnvOptions)
     """Keywords of the environment that are not its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
     network: type[ActorCritic] = ActorCritic
+    vec_env: type[TensorVecEnv] = TensorVecEnv
 
 
 PRESETS: Mapping[str, Preset] = {
     "weighting": Preset(
-        {"step_on": "exchange"}, PPOHyperparameters(n_steps=256, n_minibatches=4), log_std=-0.7
+        {"step_on": "exchange"},
+        PPOHyperparameters(n_steps=256, n_minibatches=4, discount=0.0),
+        log_std=-0.7,
+        vec_env=ErrorRewardVecEnv,
     ),
     "motion": Preset(),
     "both": Preset(),
@@ -57,7 +64,7 @@ PRESETS: Mapping[str, Preset] = {
     ),
 }
 """For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
-(decision 0033), by 30 to 80 million for the weighting (0034)."""
+(decision 0033), for the weighting by decisions 0034 and 0040."""
 
 LATEST = "latest.safetensors"  # file of the policy of the last interval
 BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
@@ -148,9 +155,10 @@ class PPOTraining(Training):
         return policy.to_numpy()
 
 
-def keywords(experiment: Experiment) -> dict[str, object]:
+def keywords(experiment: Experiment) -> EnvOptions:
     """Keywords of `parallel_env` under which an experiment trains."""
-    terms: dict[str, object] = {"learn": experiment.layer, "physics": experiment.physics}
+    physics = OwnName(experiment.physics)
+    terms: EnvOptions = {"learn": OwnName(experiment.layer), "physics": physics}
     if experiment.device == "cpu":
         terms["threads"] = experiment.workers
     return {**terms, **PRESETS[experiment.layer].keywords}
@@ -163,11 +171,11 @@ def controller_beside(experiment: Experiment) -> LayeredController | None:
 
 def make_env(experiment: Experiment) -> TensorVecEnv:
     """Make the robots of all scenarios of an experiment, on its device."""
-    return TensorVecEnv(
+    return PRESETS[experiment.layer].vec_env(
         [
-            array_env(
+            ArrayEnv(
                 experiment.scenarios_by_name[name],
-                device=experiment.device,
+                device=checked_device(experiment.device),
                 n_worlds=n_worlds,
                 controller=controller_beside(experiment),
                 **keywords(experiment),

@@ -9,21 +9,39 @@
 
 RLlib makes `num_envs_per_env_runner` environments and steps one after the other. `SwarmEnvRunner`
 replaces them by a block of worlds. Without it the same environment works world by world.
+
+With `.callbacks(SavesPolicies)` each module lies in the folder of the experiment or of a trial of
+Tune (`algorithm.logdir`) with its card: `swarm-forage evaluate es1 torchscript:robot.pt` runs it.
+`save_policies(algorithm, folder)` saves them elsewhere.
 """
 
-from collections.abc import Mapping, Sequence
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from gymnasium.spaces import Dict as DictSpace
-from gymnasium.spaces import Space
+from gymnasium.spaces import Discrete, Space
+from ray.rllib.algorithms.algorithm import Algorithm
+from ray.rllib.algorithms.algorithm_config import AlgorithmConfig
+from ray.rllib.callbacks.callbacks import RLlibCallback
+from ray.rllib.core.columns import Columns
+from ray.rllib.core.rl_module.rl_module import RLModule
 from ray.rllib.env.multi_agent_env import MultiAgentEnv
 from ray.rllib.env.multi_agent_env_runner import MultiAgentEnvRunner
 from ray.rllib.env.vector.vector_multi_agent_env import VectorMultiAgentEnv
+from torch import Tensor
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import Seeds
+from swarm_forage_env.envs.keywords import SingleEnvOptions
+from swarm_forage_env.envs.make import checked_parts
+from swarm_forage_env.errors import ConfigError
+from training.policy_card import card_of
+from training.torchscript import save_torchscript
 
 OfAgents = dict[str, Any]
 """A value for each agent of a world; under `__all__`, for all."""
@@ -37,7 +55,7 @@ ALL = "__all__"
 class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
     """One world; the keys of its `env_config` are the keywords of `parallel_env`."""
 
-    def __init__(self, env_config: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, env_config: SingleEnvOptions | None = None) -> None:
         """Make the world; `reset` starts its episodes."""
         super().__init__()
         self.options = dict(env_config or {})
@@ -46,6 +64,9 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
         self.agents = list(self.possible_agents)
         self.observation_spaces = self._block.single_observation_spaces
         self.action_spaces = self._block.single_action_spaces
+
+    def __repr__(self) -> str:
+        return self._block.env.described(type(self).__name__)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, object] | None = None
@@ -76,6 +97,9 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         self.single_observation_space: Space[Any] = DictSpace({**self.single_observation_spaces})
         self.single_action_space: Space[Any] = DictSpace({**self.single_action_spaces})
         self._over = False
+
+    def __repr__(self) -> str:
+        return self.env.described(type(self).__name__)
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, object] | None = None
@@ -135,3 +159,52 @@ class SwarmEnvRunner(MultiAgentEnvRunner):  # type: ignore[misc]
         super().make_env()
         worlds: list[Any] = self.env.envs
         self.env: Any = SwarmVectorEnv(worlds[0].unwrapped.options, self.num_envs, worlds)
+
+
+class SavesPolicies(RLlibCallback):  # type: ignore[misc]
+    """Saves the modules after each iteration in the folder of the experiment, with their cards."""
+
+    def on_train_result(self, *, algorithm: Algorithm, **_: object) -> None:
+        """Save what the iteration has made."""
+        save_policies(algorithm, algorithm.logdir)
+
+
+def save_policies(algorithm: Algorithm, folder: str | Path) -> list[Path]:
+    """Save what each module does without noise as TorchScript, `robot.pt`, and a card beside it.
+
+    ConfigError for one with a memory, and for observations that a connector changes first.
+    """
+    config = algorithm.config
+    if config._env_to_module_connector is not None:
+        raise ConfigError(
+            "env_to_module_connector: changes what a module observes, which its file cannot tell;"
+            " leave it out: observations lie in [-1, 1] as they are"
+        )
+    options = dict(config.env_config)
+    scenario, controller = options.pop("scenario", "es1"), options.pop("controller", None)
+    parts = checked_parts(scenario, controller, options)
+    card, n_robots = card_of(parts), parts.scenario.task.n_robots
+    return [
+        save_torchscript(
+            _acting(algorithm.get_module(name), config), n_robots, card, Path(folder) / f"{name}.pt"
+        )
+        for name in sorted(config.policies)
+    ]
+
+
+def _acting(module: RLModule, config: AlgorithmConfig) -> Callable[[Tensor], Tensor]:
+    """What a module does without noise: observations of robots to actions."""
+    fixed = copy.deepcopy(module).to("cpu").requires_grad_(False)
+    distribution, space = fixed.get_inference_action_dist_cls(), fixed.action_space
+
+    def act(observed: Tensor) -> Tensor:
+        given = fixed.forward_inference({Columns.OBS: observed})
+        drawn_from = distribution.from_logits(given[Columns.ACTION_DIST_INPUTS])
+        action: Tensor = drawn_from.to_deterministic().sample()
+        if isinstance(space, Discrete) or not config.normalize_actions:
+            return action
+        low, high = map(torch.from_numpy, (space.low, space.high))
+        scaled: Tensor = low + 0.5 * (action + 1.0) * (high - low)
+        return scaled
+
+    return act

@@ -14,8 +14,9 @@ from torch import Tensor
 
 from swarm_forage_env.compiler import is_simulated
 from swarm_forage_env.device_memory import usable_gpu
-from swarm_forage_env.envs.array_env import ArrayEnv, check_device
+from swarm_forage_env.envs.array_env import ArrayEnv, checked_device
 from swarm_forage_env.envs.episodes import checked_seeds
+from swarm_forage_env.envs.keywords import Device
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.observed_fields import FieldLayout
 
@@ -122,7 +123,7 @@ def torch_device(device: str) -> torch.device:
     ConfigError for another device, and for a GPU that is missing or that torch cannot use. The
     worlds of numba's simulator are in the CPU's memory.
     """
-    check_device(device)
+    checked_device(device)
     if device == "cpu":
         return torch.device("cpu")
     usable_gpu()
@@ -136,7 +137,7 @@ def torch_device(device: str) -> torch.device:
     return torch.device("cuda")
 
 
-def worlds_on(device: torch.device | str) -> str:
+def worlds_on(device: torch.device | str) -> Device:
     """Where worlds run whose tensors are on a device of torch: "cuda" or "cpu".
 
     ConfigError for a second GPU.

@@ -1,27 +1,71 @@
 """The environment as TorchRL wants it: `SwarmTorchEnv`, a block of worlds as one `EnvBase`."""
 
-from collections.abc import Mapping
-from typing import Any
+import copy
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Unpack
 
 import numpy as np
 import torch
 from gymnasium.spaces import Box, Discrete, Space
 from tensordict import TensorDict, TensorDictBase
+from tensordict.nn import TensorDictModuleBase
 from torch import Tensor
 from torchrl.data import Bounded, Categorical, Composite, OneHot, TensorSpec, Unbounded
 from torchrl.envs import EnvBase
+from torchrl.envs.utils import ExplorationType, set_exploration_type
+from torchrl.modules.distributions import continuous
+from torchrl.modules.distributions import utils as distribution_utils
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
+from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import Frame
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.task import stage_of
+from training.policy_card import card_from
 from training.tensor_vec_env import array_for, follow_stream, tensor_of, torch_device, worlds_on
+from training.torchscript import save_torchscript
+
+
+@contextmanager
+def _traceable() -> Iterator[None]:
+    """Let torch.jit follow the tanh of TorchRL's distributions, which has a gradient of its own."""
+    own = continuous.safetanh_noeps, continuous.safeatanh_noeps
+    continuous.safetanh_noeps = distribution_utils._SafeTanhNoEps.forward
+    continuous.safeatanh_noeps = distribution_utils._SafeaTanhNoEps.forward
+    try:
+        yield
+    finally:
+        continuous.safetanh_noeps, continuous.safeatanh_noeps = own
+
+
+def save_policy(policy: TensorDictModuleBase, env: "SwarmTorchEnv", file: str | Path) -> Path:
+    """Save what a policy does without noise as TorchScript, and a card beside it.
+
+        save_policy(actor, env, "policy.pt")    # swarm-forage evaluate es1 torchscript:policy.pt
+
+    `env` is that of the training. ConfigError for a policy that is not the same for every robot,
+    from its own observation alone, as one with a memory, or parameters of each robot.
+    """
+    group, fixed = env.group, copy.deepcopy(policy).to("cpu").requires_grad_(False)
+
+    def act(observed: Tensor) -> Tensor:
+        seen = TensorDict({"observation": observed[None]}, [1, len(observed)])
+        with set_exploration_type(ExplorationType.DETERMINISTIC):
+            action: Tensor = fixed(TensorDict({group: seen}, [1]))[group, "action"][0]
+        return action
+
+    card = card_from(env.array_env.card, "of the environment")
+    with _traceable():
+        return save_torchscript(act, len(env.array_env.learners), card, file)
+
 
 ENDS = ("done", "terminated", "truncated")
 """Keys of the end of an episode."""
@@ -58,7 +102,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         return_state: bool = True,
         categorical_actions: bool = True,
         device: torch.device | str = "cpu",
-        **options: object,
+        **options: Unpack[EnvOptions],
     ) -> None:
         """Make the worlds; a `seed` is that of `set_seed`.
 
@@ -94,6 +138,9 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         self._make_specs()
         if seed is not None:
             self.set_seed(seed)
+
+    def __repr__(self) -> str:
+        return self.array_env.described(type(self).__name__)
 
     @property
     def has_render(self) -> bool:

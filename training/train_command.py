@@ -39,6 +39,7 @@ def _listed(numbers: dict[str, int]) -> str:
 DEFAULT_CONTROLLER = {
     ("cma", "weighting"): "dsgiff-frequent",
     ("imitation", "weighting"): "dsgiff-frequent",
+    ("ppo", "weighting"): "dsgiff-frequent",
     ("cma", "motion"): "ssgiff",
 }
 """Controller whose other layers are used, with a policy of each layer; else that of
@@ -111,7 +112,7 @@ def train(  # noqa: PLR0913 the options of a command
         Option(
             help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
             " is a learned one, cma and imitation start from that.",
-            show_default="ppo: ssgikf; else weighting: dsgiff-frequent, motion: ssgiff",
+            show_default="weighting: dsgiff-frequent; motion by cma: ssgiff; else ssgikf",
         ),
     ] = None,
     settings: EverySettingsOption = None,

@@ -1,19 +1,20 @@
 """A stable-baselines3 vector environment whose environments are the robots of W worlds."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
+from swarm_forage_env.envs.keywords import Device, EnvOptions, RenderMode
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.viewer import check_render_mode
 from swarm_forage_env.scenarios import ScenarioSource
 
@@ -45,12 +46,12 @@ class SwarmVecEnv(VecEnv):
         self,
         scenario: ScenarioSource = "es1",
         n_worlds: int = 8,
-        controller: str | Controller | None = None,
+        controller: Controllers | None = None,
         seed: int | Sequence[int] = 0,
         stagger: bool = False,
-        render_mode: str | None = None,
-        device: str = "cpu",
-        **options: object,
+        render_mode: RenderMode | None = None,
+        device: Device = "cpu",
+        **options: Unpack[EnvOptions],
     ) -> None:
         """Make the worlds; a `seed` starts the sequence of each: one number, or one for each.
 
@@ -76,6 +77,9 @@ class SwarmVecEnv(VecEnv):
         super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
         self.metadata = self._shown_at()
         self.seed(seed)
+
+    def __repr__(self) -> str:
+        return self.env.described(type(self).__name__)
 
     def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
         """Seed the sequences from which resets draw the seeds of the worlds."""

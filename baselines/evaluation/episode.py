@@ -2,13 +2,13 @@
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TypeVar, cast
 
 from swarm_forage_env.episode import Episode, EpisodeKind
 from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import BaseScenario
+from swarm_forage_env.parameters import BaseScenario, HasEpisodes
 from swarm_forage_env.task import task_of_episode
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
@@ -16,18 +16,21 @@ AnyEpisode = Episode | ForagingEpisode | WaypointEpisode
 """An episode of any task."""
 
 
+EpisodeT = TypeVar("EpisodeT")
+
+
 def run_episodes(
-    scenario: BaseScenario,
+    scenario: HasEpisodes[EpisodeT],
     controller: Controller,
     seeds: Sequence[int],
     physics: str | None = None,
     threads: int = 1,
     observer: Callable[[Loop], None] | None = None,
-) -> list[Any]:
+) -> list[EpisodeT]:
     """Run one episode for each seed, side by side; each is the same when run alone.
 
-    The number of threads changes nothing but the computing time. The observer is called with the
-    loop at the start and after every tick.
+    Foraging gives a `ForagingEpisode` for each. The number of threads changes nothing but the
+    computing time. The observer is called with the loop at the start and after every tick.
 
     >>> from swarm_forage_env.controllers import find_controller
     >>> from swarm_forage_env.scenarios import find_scenario
@@ -44,14 +47,15 @@ def run_episodes(
         observer: Called with the loop at the start and after every tick.
     """
     start = time.perf_counter()
-    loop = Loop(scenario, controller, seeds, physics, threads)
+    world = cast(BaseScenario, scenario)
+    loop = Loop(world, controller, seeds, physics, threads)
     kind = loop.task.episode
     meter = kind.meter(loop)
     if observer is not None:
         observer(loop)
     tick = 0
-    while tick < scenario.n_ticks:
-        until = tick + 1 if observer else min(meter.next_sample(tick), scenario.n_ticks)
+    while tick < world.n_ticks:
+        until = tick + 1 if observer else min(meter.next_sample(tick), world.n_ticks)
         loop.run(until - tick)
         tick = until
         meter.sample(tick)
@@ -61,12 +65,12 @@ def run_episodes(
     wall = (time.perf_counter() - start) / len(seeds)
     return [
         kind.episode(
-            scenario=scenario.name,
+            scenario=world.name,
             controller=controller.name,
             seed=seed,
             physics=physics or loop.task.physics,
             n_robots=loop.world.n_robots,
-            duration_s=scenario.n_ticks * scenario.tick,
+            duration_s=world.n_ticks * world.tick,
             wall_s=wall,
             **numbers,
         )

@@ -98,8 +98,12 @@ def mean_panels(
 
 
 def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -> None:
-    """Number the x axis at its decades, or where there are points if they are few and apart."""
+    """Number the x axis at its decades, or where there are points if they are few and apart.
+
+    It starts at 0 unless the points would take up less than half of it then.
+    """
     places = np.unique(every_x)
+    left = 0.0 if 0.0 <= places[0] <= np.ptp(places) else places[0]
     if is_log:
         axes.xaxis.set_major_locator(LogLocator(numticks=12))
         axes.xaxis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=12))
@@ -107,12 +111,12 @@ def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -
         return
     letters = max(len(f"{place:g}") for place in places) + 1
     room = LETTER * style_in_use().points(TICK) * letters / (panel_width(axes) - 0.6)
-    if len(places) <= FEW and np.all(np.diff(places) > room * (places[-1] - min(places[0], 0.0))):
+    if len(places) <= FEW and np.all(np.diff(places) > room * (places[-1] - left)):
         axes.set_xticks(places)
     else:
         axes.xaxis.set_major_locator(MaxNLocator("auto", integer=not np.any(every_x % 1.0)))
-    if places[0] > 0.0:
-        axes.set_xlim(left=0.0)
+    if left < places[0]:
+        axes.set_xlim(left=left)
 
 
 def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:

@@ -106,6 +106,7 @@ def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: Wa
     It ends after `options.seconds`, or when the user closes the window. ImportError without pygame.
     """
     from swarm_forage_env.envs.array_env import ArrayEnv
+    from swarm_forage_env.envs.keywords import OwnName
     from swarm_forage_env.envs.manual_policy import action_of
     from swarm_forage_env.rendering.window import Window
 
@@ -119,7 +120,7 @@ def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: Wa
         learn="motion",
         learners=[robot],
         reflexes=False,
-        physics=configuration.physics,
+        physics=OwnName(configuration.physics),
         decision_period=1,
     )
     env.reset(seed)

@@ -40,7 +40,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     episodes: Annotated[
         str | None,
         Option(
-            metavar="<int|adaptive>",
+            metavar="<N|adaptive>",
             help="Replications of each experiment, or as many as decide each claim, up to 400.",
             show_default="as in the paper",
         ),

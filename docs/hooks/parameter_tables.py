@@ -18,7 +18,9 @@ UNIT = re.compile(r"\s*\[(?![-\d])([^\]]+)\]")
 
 ARGUMENTS = re.compile(r"^Args:\n(?:(?: {4}.*)?\n?)+", re.MULTILINE)
 OPTIONS = "**options"
-KEYWORDS = "swarm_forage_env.envs.config", "EnvConfig"
+KEYWORDS = "swarm_forage_env.envs.config.EnvConfig"
+TYPED = "swarm_forage_env.envs.keywords"
+"""Where the same keywords have the types that editors know."""
 
 TYPES = {
     "Share": "float, 0 to 1",
@@ -26,6 +28,7 @@ TYPES = {
     "Positive": "float > 0",
     "NotNegative": "float >= 0",
     "Count": "int >= 1",
+    "Observed": "str or class",
 }
 """Types of the project, as a reader knows them."""
 
@@ -147,12 +150,36 @@ def _arguments(section: str, parameters: griffe.Parameters) -> Iterator[Row]:
 def _further(parameters: griffe.Parameters) -> Iterator[Row]:
     """The fields of `EnvConfig` that are not arguments themselves."""
     named = {f"`{parameter.name}`" for parameter in parameters}
-    yield from (row for row in fields_of(loaded(".".join(KEYWORDS))) if row[0] not in named)
+    types = dict(_typed("EnvOptions"))
+    for name, kind, default, meaning in fields_of(loaded(KEYWORDS)):
+        if name not in named:
+            is_vague = kind in ("`object`", "`str`", "`str or None`")
+            yield name, types[name] if is_vague else kind, default, meaning
+
+
+def _typed(options: str) -> Iterator[tuple[str, str]]:
+    """The keywords of a TypedDict, those that it inherits first, and their types."""
+    cls = loaded(f"{TYPED}.{options}")
+    for base in map(str, cls.bases):
+        yield from () if base == "TypedDict" else _typed(base)
+    yield from ((f"`{name}`", _type(each.annotation)) for name, each in cls.members.items())
+
+
+@cache
+def _choices() -> dict[str, str]:
+    """The names of types that stand for a few words, and these words."""
+    members = griffe.load(TYPED, search_paths=[ROOT]).members.items()
+    own = [(name, each) for name, each in members if not each.is_alias and each.is_attribute]
+    values = {name: str(each.value) for name, each in own}
+    words = {name: re.findall(r"'[\w-]+'|Callable", value) for name, value in values.items()}
+    return {name: " or ".join(each) for name, each in words.items() if each and name not in TYPES}
 
 
 def _type(annotation: object) -> str:
     text = str(annotation) if annotation is not None else ""
     text = re.sub(r"Annotated\[(\w+), [^\]]*\]", r"\1", text)
+    text = re.sub(r"Literal\[([^\]]*)\]", lambda found: found[1].replace(", ", " or "), text)
+    text = re.sub(r"\w+", lambda word: _choices().get(word[0], word[0]), text)
     words = re.sub(r"\w+", lambda word: TYPES.get(word[0], word[0]), text.replace(" | ", " or "))
     return f"`{words}`" if text else ""
 

@@ -1,7 +1,7 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self
+from typing import Any, Self, Unpack
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -15,7 +15,8 @@ from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
-from swarm_forage_env.envs.made_with import made_with, put_on
+from swarm_forage_env.envs.keywords import Device, EnvOptions
+from swarm_forage_env.envs.made_with import made_with, name_and_changes, put_on
 from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, added, normalised
@@ -39,14 +40,13 @@ Step = tuple[Any, Any, Any, Any, Infos]
 """Observations (worlds, learners, numbers), rewards (worlds, learners), terminated and truncated
 (worlds,), and infos: arrays of NumPy, or of a GPU."""
 
-DEVICES = "cpu", "cuda"
-"""Where the worlds of an environment can run."""
 
-
-def check_device(device: str) -> None:
-    """ConfigError for a device on which worlds cannot run."""
-    if device not in DEVICES:
-        raise ConfigError(f"device={device!r}: must be {' or '.join(map(repr, DEVICES))}")
+def checked_device(device: str) -> Device:
+    """The device; ConfigError for one on which worlds cannot run."""
+    match device:
+        case "cpu" | "cuda":
+            return device
+    raise ConfigError(f"device={device!r}: must be 'cpu' or 'cuda'")
 
 
 class ArrayEnv:
@@ -88,8 +88,8 @@ class ArrayEnv:
         n_worlds: int = 1,
         controller: Controllers | None = None,
         stagger: bool = False,
-        device: str = "cpu",
-        **options: Any,  # noqa: ANN401 as parallel_env
+        device: Device = "cpu",
+        **options: Unpack[EnvOptions],
     ) -> None:
         """Make the worlds under the keywords of `parallel_env`; `reset` starts their episodes.
 
@@ -105,13 +105,13 @@ class ArrayEnv:
             device: `cpu` or `cuda`.
             **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
-        check_device(device)
-        self.device = device
+        self.device = checked_device(device)
         self._made_by = scenario, n_worlds, controller, stagger, device, options
         self.n_worlds = validated(_Worlds, {"n_worlds": n_worlds}).n_worlds
         parts = checked_parts(scenario, controller, options)
         self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
         self.policy = parts.task.policies[parts.config.learn]
+        self._beside = name_and_changes(parts.controller)
         _check_reward(parts.config.reward)
         if device == "cuda":
             _check_on_gpu(parts.config, self.policy)
@@ -131,11 +131,16 @@ class ArrayEnv:
         self._prepare(parts)
 
     def __repr__(self) -> str:
-        """What it is: scenario, learned layer, worlds, robots that learn, and engine."""
-        scenario, n = self.world.scenario.name, len(self.learners)
+        return self.described(type(self).__name__)
+
+    def described(self, kind: str) -> str:
+        """What an environment of a class is: scenario, learned layer, controller of the others,
+        worlds, robots that learn, and engine.
+        """
         worlds = f"{self.n_worlds} worlds" if self.n_worlds > 1 else "1 world"
         return (
-            f"<{type(self).__name__} {scenario}: learn={self.config.learn!r}, {worlds}, {n} of"
+            f"<{kind} {self.world.scenario.name}: learn={self.config.learn!r},"
+            f" controller={self._beside!r}, {worlds}, {len(self.learners)} of"
             f" {self.world.n_robots} robots learn, physics={self.loop.physics!r}>"
         )
 
@@ -312,7 +317,8 @@ class ArrayEnv:
         self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
         self._drawn = self._lent_drawn()
         self.observation_layout, self.observation_space = form.layout, form.observation_space
-        put_on(self.observation_space, made_with(parts, form))
+        self.card = made_with(parts, form)
+        put_on(self.observation_space, self.card)
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
         self.actions = Actions(_names(self.learners, self.n_worlds), form.action)
@@ -344,9 +350,8 @@ class ArrayEnv:
         return {name: self.memory.to_device(each) for name, each in drawn}
 
 
-def array_env(scenario: ScenarioSource = "es1", **options: Any) -> ArrayEnv:  # noqa: ANN401 as ArrayEnv
-    """The batch API: `ArrayEnv` under these keywords, `device="cuda"` among them."""
-    return ArrayEnv(scenario, **options)
+array_env = ArrayEnv
+"""The batch API, under a name like that of `parallel_env`."""
 
 
 def _check_reward(reward: object) -> None:

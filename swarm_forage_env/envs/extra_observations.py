@@ -5,7 +5,7 @@ An addition by name is a function of one robot, `write_row`, which a CPU and a G
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -58,6 +58,7 @@ class ObservationContext:
         return out
 
 
+@runtime_checkable
 class Observation(Protocol):
     """Some features of every robot."""
 

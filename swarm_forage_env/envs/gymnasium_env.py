@@ -1,7 +1,7 @@
 """The environment as Gymnasium wants it: `LearnerEnv`, `JointEnv`, `TupleEnv`."""
 
 from copy import copy, deepcopy
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
@@ -10,6 +10,7 @@ from gymnasium.spaces import Space, Tuple
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.episodes import checked_options, parts_of
 from swarm_forage_env.envs.gymnasium_core import JointWorlds
+from swarm_forage_env.envs.keywords import SingleEnvOptions
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
 
@@ -23,7 +24,7 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
     metadata: dict[str, object] = METADATA
     _spec: EnvSpec | None = None
 
-    def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
+    def __init__(self, **options: Unpack[SingleEnvOptions]) -> None:
         self._make(1, options)
         self.observation_space: Space[Any] = self._joint_observations
         self.action_space: Space[Any] = self._joint_actions
@@ -111,8 +112,9 @@ class TupleEnv(_SwarmEnv):
     `parallel_env`. Gymnasium's vector environments do not take lists of rewards.
     """
 
-    def __init__(self, discrete: bool | tuple[int, int] = True, **options: Any) -> None:  # noqa: ANN401
-        super().__init__(discrete=discrete, **options)
+    def __init__(self, **options: Unpack[SingleEnvOptions]) -> None:
+        options.setdefault("discrete", True)
+        super().__init__(**options)
         env = self.array_env
         self.n_agents = len(env.learners)
         self._action_shape = (self.n_agents, *env.action_shape)

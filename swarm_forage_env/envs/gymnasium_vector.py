@@ -1,7 +1,7 @@
 """Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -11,6 +11,7 @@ from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.episodes import Seeds, checked_options, checked_seeds
 from swarm_forage_env.envs.gymnasium_core import JointWorlds
 from swarm_forage_env.envs.gymnasium_env import METADATA
+from swarm_forage_env.envs.keywords import SingleEnvOptions
 from swarm_forage_env.errors import ConfigError
 
 VECTOR_METADATA: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -23,13 +24,14 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     """
 
     metadata: dict[str, object] = VECTOR_METADATA
+    __repr__ = JointWorlds.__repr__
 
     def __init__(
         self,
         num_envs: int = 1,
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        **options: Any,  # noqa: ANN401 as parallel_env
+        **options: Unpack[SingleEnvOptions],
     ) -> None:
         """Make the worlds; `reset` starts their episodes.
 

@@ -36,7 +36,7 @@ def made_with(parts: EnvParts, form: PolicyForm) -> str:
     told = {
         "format": 2,
         "scenario": parts.scenario.name,
-        "controller": _text(parts.controller),
+        "controller": name_and_changes(parts.controller),
         "keywords": keywords,
         "observes": form.observes,
     }
@@ -59,7 +59,7 @@ def _path(observation: object) -> str:
     return f"{kind.__module__}:{kind.__qualname__}"
 
 
-def _text(controller: Controller) -> str:
+def name_and_changes(controller: Controller) -> str:
     """A controller as its name and the parameters that differ from those of that name."""
     name = name_of(controller)
     if name not in CONTROLLERS or not isinstance(controller, _HasParameters):

@@ -78,12 +78,12 @@ def added(observation: object, policy: PolicyInterface) -> tuple[bool, list[Addi
 
 def _own(observation: object) -> Observation:
     made = observation() if isinstance(observation, type) else observation
-    if not (hasattr(made, "features") and hasattr(made, "write")):
+    if not isinstance(made, Observation):
         raise ConfigError(
             f"observation={observation!r}: must be '{LAYER}', '{PREVIOUS}', a name of"
             f" {', '.join(OBSERVATIONS)}, or a class with `features` and `write`"
         )
-    return cast(Observation, made)
+    return made
 
 
 def normalised(layout: Layout) -> Layout:

@@ -1,7 +1,7 @@
 """The environment as PettingZoo wants it: `parallel_env`, `raw_env`, `env`."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -10,11 +10,12 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
 
 from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import parts_of
+from swarm_forage_env.envs.keywords import EnvOptions, Learn, OtherOptions, RenderMode
 from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import UnknownNameError, shown
-from swarm_forage_env.interface import Controller
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.rendering.viewer import RENDER_MODES, check_render_mode
 from swarm_forage_env.scenarios import ScenarioSource
@@ -42,6 +43,10 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
     each step, nobody terminates, and after `max_cycles` steps all are truncated together.
     `observation_layout`, `action_layout` and `state_layout` describe each feature: print them.
 
+    Parameters of the scenario are keywords, too, by dotted name:
+    `parallel_env("es1", **{"radio.max_range": 0.2})`, or, as type checkers want it,
+    `parallel_env(find_scenario("es1", {"radio.max_range": 0.2}))`.
+
     With `residual` the policy corrects the hand-written motion instead of replacing it: its wheel
     speeds, times two, are added to that motion's at each tick of a decision period, except while
     the robot talks. Zeros are the hand-written motion.
@@ -66,10 +71,10 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
     def __init__(
         self,
         scenario: ScenarioSource = "es1",
-        learn: str = "motion",
-        controller: str | Controller | None = None,
-        render_mode: str | None = None,
-        **options: Any,  # noqa: ANN401 fields of EnvConfig, or numbers of the scenario
+        learn: Learn = "motion",
+        controller: Controllers | None = None,
+        render_mode: RenderMode | None = None,
+        **options: Unpack[OtherOptions],
     ) -> None:
         check_render_mode(render_mode)
         env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
@@ -82,10 +87,6 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         self.action_spaces = dict.fromkeys(env.learners, env.action_space)
         self._infos_of_step: dict[str, Array] = {}
         self._cycles: int | None = None
-
-    def __repr__(self) -> str:
-        """What it is, as its batch of one world says it."""
-        return repr(self.array_env).replace(type(self.array_env).__name__, type(self).__name__)
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -189,11 +190,25 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         return self._cycles
 
 
-def raw_env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
+def raw_env(
+    scenario: ScenarioSource = "es1",
+    *,
+    controller: Controllers | None = None,
+    render_mode: RenderMode | None = None,
+    **options: Unpack[EnvOptions],
+) -> AECEnv:
     """The environment with agents acting in turn, as bare as `parallel_env`."""
-    return parallel_to_aec(parallel_env(scenario, **options))
+    bare = parallel_env(scenario, controller=controller, render_mode=render_mode, **options)
+    return parallel_to_aec(bare)
 
 
-def env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
+def env(
+    scenario: ScenarioSource = "es1",
+    *,
+    controller: Controllers | None = None,
+    render_mode: RenderMode | None = None,
+    **options: Unpack[EnvOptions],
+) -> AECEnv:
     """The environment with agents acting in turn: actions clipped, order of calls checked."""
-    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(scenario, **options)))
+    bare = raw_env(scenario, controller=controller, render_mode=render_mode, **options)
+    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(bare))

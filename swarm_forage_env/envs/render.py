@@ -7,7 +7,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.rendering.viewer import RENDER_MODES, Viewer
+from swarm_forage_env.rendering.viewer import Viewer, installed_modes
 from swarm_forage_env.task import World, stage_of, task_of
 
 if TYPE_CHECKING:
@@ -17,8 +17,8 @@ Frame = UInt8[Array, "height width 3"]
 
 
 def render_modes(scenario: BaseScenario) -> list[str]:
-    """The render modes of a scenario: none of a task that has no drawing."""
-    return list(RENDER_MODES) if task_of(scenario).scene is not None else []
+    """The render modes of a scenario: those installed, and none of a task that has no drawing."""
+    return installed_modes() if task_of(scenario).scene is not None else []
 
 
 class EnvRenderer:
@@ -92,6 +92,9 @@ class ShownEnv:
         self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
         self.max_cycles = env.max_cycles
         self.observation_layout, self.action_layout = env.observation_layout, env.action_layout
+
+    def __repr__(self) -> str:
+        return self.array_env.described(type(self).__name__)
 
     @property
     def world(self) -> World:

@@ -7,7 +7,7 @@ Gutierrez et al. 2008.
 
 import math
 from collections.abc import Mapping
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -18,6 +18,9 @@ from swarm_forage_env.epuck.parts import Arena, Mission
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.foraging.areas import Area, check_areas, in_order
 from swarm_forage_env.parameters import Positive
+
+if TYPE_CHECKING:
+    from swarm_forage_env.foraging.episode import ForagingEpisode
 
 
 class Task(Mission):
@@ -47,6 +50,9 @@ class Scenario(EpuckScenario):
     """Everything that fixes a world of foraging but its seed."""
 
     task: Task = Task()
+
+    if TYPE_CHECKING:
+        _episode: type[ForagingEpisode]
 
     @model_validator(mode="after")
     def _has_room_for_areas(self) -> Self:

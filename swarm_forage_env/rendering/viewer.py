@@ -19,6 +19,11 @@ FRAME_WIDTH, WINDOW_WIDTH = 512, 720
 """Default width of a picture [px]."""
 
 
+def installed_modes() -> list[str]:
+    """The render modes that can be had here: without pygame maps of characters alone."""
+    return [mode for mode in RENDER_MODES if mode == "ansi" or find_spec("pygame") is not None]
+
+
 def check_render_mode(render_mode: object) -> None:
     """ConfigError for anything but None and a render mode, or where pygame-ce is missing."""
     if render_mode is None:
@@ -26,7 +31,7 @@ def check_render_mode(render_mode: object) -> None:
     if render_mode not in RENDER_MODES:
         known = ", ".join(f"'{mode}'" for mode in RENDER_MODES)
         raise ConfigError(f"render_mode={render_mode!r}: must be one of {known}, or left out")
-    if render_mode != "ansi" and find_spec("pygame") is None:
+    if render_mode not in installed_modes():
         raise ConfigError(
             f"render_mode={render_mode!r} needs 'pygame': pip install 'swarm-forage[render]'"
         )

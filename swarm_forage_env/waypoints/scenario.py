@@ -10,7 +10,7 @@ Not in the paper, and taken from the authors' code:
 - first goals lie in one quarter of the square.
 """
 
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from pydantic import Field, model_validator
 
@@ -24,6 +24,9 @@ from swarm_forage_env.parameters import (
     Positive,
     Share,
 )
+
+if TYPE_CHECKING:
+    from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 
 class CreateRobot(Parameters):
@@ -132,3 +135,6 @@ class WaypointsScenario(BaseScenario):
     sensors: WaypointSensors = WaypointSensors()
     task: WaypointTask = WaypointTask()
     tick: Positive = Field(0.5, ge=MIN_TICK, description="Control period [s] (code)")
+
+    if TYPE_CHECKING:
+        _episode: type[WaypointEpisode]

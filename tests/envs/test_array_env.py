@@ -4,6 +4,7 @@ import copy
 import pickle
 from dataclasses import replace
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
@@ -344,6 +345,9 @@ def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):
 
 def test_an_environment_says_what_it_is():
     batch = ArrayEnv("near", n_worlds=3, learners=2, learn="weighting")
-    told = "near: learn='weighting', 3 worlds, 2 of 5 robots learn, physics='rigid'>"
-    assert repr(batch) == f"<ArrayEnv {told}"
-    assert repr(parallel_env("near")).startswith("<parallel_env near: learn='motion', 1 world, ")
+    told = "near: learn='weighting', controller='ssgikf', 3 worlds, 2 of 5 robots learn"
+    assert repr(batch) == f"<ArrayEnv {told}, physics='rigid'>"
+    one = "controller='ssgiff:weighting.beta=0.02', 1 world, 5 of 5 robots learn"
+    assert one in repr(parallel_env("near", controller="ssgiff:beta=0.02"))
+    assert "LearnerVectorEnv near" in repr(gymnasium.make_vec("SwarmForage/Near-v2", 3))
+    assert "JointEnv near" in repr(gymnasium.make("SwarmForage/Near-Joint-v2").unwrapped)

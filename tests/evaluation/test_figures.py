@@ -93,6 +93,15 @@ def test_a_number_of_the_scenario_makes_a_curve_too(keep):
     figure = draw("curve", folder)
     assert (figure.axes[0].get_xlabel(), figure.axes[0].get_xscale()) == ("robots", "linear")
     assert legend(figure) == ["nc", "ssgikf"]
+    assert figure.axes[0].get_xlim()[0] == 0.0
+
+
+def test_an_axis_whose_numbers_lie_far_from_0_begins_near_the_first(keep):
+    for max_range in (0.15, 0.2):
+        folder = keep({"nc": 1, "ssgikf": 2}, radio_max_range=max_range)
+    axes = draw("curve", folder).axes[0]
+    assert axes.get_xlabel() == "radio range [m]"
+    assert 0.14 < axes.get_xlim()[0] < 0.15
 
 
 def test_a_curve_of_one_value_is_refused_with_how_to_get_more(keep):

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.loop import Loop
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 NEEDS = {"ray": ("ray",), "rllib": ("ray",), "torchrl": ("torchrl", "benchmarl")}
@@ -47,6 +49,18 @@ def example(monkeypatch):
         return module
 
     return load
+
+
+@pytest.fixture
+def evaluated():
+    """A function that runs a controller by name, as `evaluate` does: where its robots get to."""
+
+    def ran(name, scenario, seed, ticks):
+        loop = Loop(scenario, find_controller(name), [seed], "kinematic")
+        loop.run(ticks)
+        return loop.world.robots["pose"]
+
+    return ran
 
 
 @pytest.fixture

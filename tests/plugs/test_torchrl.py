@@ -5,7 +5,11 @@ import json
 import math
 import pickle
 
+import numpy as np
 import pytest
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenarios import find_scenario
 
 pytestmark = [
     pytest.mark.torchrl,
@@ -129,6 +133,71 @@ def test_benchmarl_trains_and_evaluates_a_task(run, tmp_path, algorithm):
     assert len(scores["step_2"]["return"]) == 3
     logged = {path.name for path in tmp_path.rglob("*.csv")}
     assert {"collection_round_trips.csv", "eval_round_trips.csv"} <= logged
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "keywords"),
+    [
+        ("mappo", {"decision_period": 3, "walk": False}),
+        ("maddpg", {"learn": "both", "controller": "dsgiff"}),
+        ("qmix", {"discrete": (2, 5), "learn": "everything"}),
+    ],
+)
+def test_a_policy_is_evaluated_under_the_keywords_of_its_training(
+    settle, evaluated, algorithm, keywords
+):
+    import torch
+    from benchmarl.algorithms import algorithm_config_registry
+    from benchmarl.experiment import Experiment
+    from benchmarl.models.mlp import MlpConfig
+    from torchrl.envs.utils import ExplorationType, set_exploration_type
+
+    from training.benchmarl_tasks import KeepsPolicy, SwarmForageClass
+    from training.torchrl_env import SwarmTorchEnv
+
+    task = SwarmForageClass("near", {"scenario": "near", "physics": "kinematic", **keywords})
+    experiment = Experiment(
+        task=task,
+        algorithm_config=algorithm_config_registry[algorithm].get_from_yaml(),
+        model_config=MlpConfig.get_from_yaml(),
+        critic_model_config=MlpConfig.get_from_yaml(),
+        seed=1,
+        config=settle(task, evaluation=False),
+        callbacks=[KeepsPolicy()],
+    )
+    experiment.run()
+    env = SwarmTorchEnv(n_worlds=1, seed=7, **{**task.config, "max_cycles": 100})
+    with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
+        env.rollout(40, experiment.policy)
+    name = f"torchscript:{experiment.folder_name}/policy.pt"
+    ticks = 40 * env.array_env.config.period
+    poses = evaluated(name, find_scenario("near"), 7, ticks)
+    np.testing.assert_allclose(poses, env.array_env.world.robots["pose"], atol=1e-3)
+    assert np.isfinite(evaluated(name, find_scenario("es1"), 7, ticks)).all()  # 10 robots, not 5
+
+
+def test_a_policy_with_parameters_of_each_robot_is_not_saved(terms, tmp_path):
+    from tensordict.nn import TensorDictModule
+    from torch import nn
+    from torchrl.modules import MultiAgentMLP
+
+    from training.torchrl_env import SwarmTorchEnv, save_policy
+
+    env = SwarmTorchEnv(**terms)
+    n_robots, n_observed = env.observation_spec["epuck", "observation"].shape[1:]
+    net = MultiAgentMLP(n_observed, 2, n_robots, centralized=False, share_params=False)
+    keys = [("epuck", "observation")], [("epuck", "action")]
+    policy = TensorDictModule(nn.Sequential(net, nn.Tanh()), *keys)
+    with pytest.raises(ConfigError, match="depend on more than what the robot observes"):
+        save_policy(policy, env, tmp_path / "policy.pt")
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_environment_says_what_it_is(terms):
+    from training.torchrl_env import SwarmTorchEnv
+
+    told = "<SwarmTorchEnv es1: learn='motion', controller='ssgikf', 2 worlds, 4 of 4 robots learn"
+    assert repr(SwarmTorchEnv(n_worlds=2, **terms)).startswith(told)
 
 
 def test_an_evaluation_is_filmed(run, tmp_path):

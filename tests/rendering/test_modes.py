@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 from numpy.testing import assert_array_equal
 from pettingzoo.test import render_test
 
@@ -27,6 +29,13 @@ def still(made):
 def test_pettingzoo_accepts_both_render_modes():
     assert env(**few).metadata["render_modes"] == ["human", "rgb_array", "ansi"]
     render_test(lambda **mode: env(**few, **mode))
+
+
+def test_gymnasium_s_checker_draws_a_map_where_pygame_is_missing(monkeypatch):
+    monkeypatch.setattr(viewer, "find_spec", lambda name: None)
+    made = gymnasium.make("SwarmForage/Near-v2").unwrapped
+    assert made.metadata["render_modes"] == ["ansi"]
+    check_env(made)
 
 
 @pytest.mark.parametrize("learn", list(LEARNABLE))

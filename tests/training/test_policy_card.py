@@ -52,7 +52,7 @@ def test_an_observation_is_told_by_its_name_or_by_the_path_of_its_class(observat
      ("ssgiff:beta=0.5,pause=3", "estimator.pause=3.0,weighting.beta=0.5")],
 )  # fmt: skip
 def test_a_controller_is_told_by_what_differs_from_its_name(asked, told):
-    name, _, changes = made_with._text(find_controller(asked)).partition(":")
+    name, _, changes = made_with.name_and_changes(find_controller(asked)).partition(":")
     assert (name, sorted(changes.split(","))) == ("ssgiff", told.split(","))
 
 

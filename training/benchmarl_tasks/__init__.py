@@ -28,7 +28,7 @@ from swarm_forage_env.envs.render import Frame
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.extras import EXTRAS
 from swarm_forage_env.rendering.video import Video
-from training.torchrl_env import SwarmTorchEnv
+from training.torchrl_env import SwarmTorchEnv, save_policy
 
 CONF = Path(__file__).parent / "conf"
 
@@ -173,6 +173,18 @@ class EpisodeMetrics(Callback):  # type: ignore[misc]
             score, *_ = self.last.items()
             frames, interval = experiment.total_frames, experiment.config.evaluation_interval
             writer.write(frames, dict([score]), frames // interval)
+
+
+class KeepsPolicy(Callback):  # type: ignore[misc]
+    """Keeps the latest policy in the experiment's folder with its card, as `policy.pt`.
+
+    `swarm-forage evaluate near torchscript:policy.pt` runs it under the keywords of the training.
+    """
+
+    def on_train_end(self, training_td: TensorDictBase, group: str) -> None:
+        """Keep what the last update has made."""
+        experiment = self.experiment
+        save_policy(experiment.policy, experiment.test_env, experiment.folder_name / "policy.pt")
 
 
 def write_video(folder: Path, name: str, video: Tensor, step: int) -> None:

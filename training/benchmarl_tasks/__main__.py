@@ -5,14 +5,15 @@ from benchmarl.hydra_config import load_experiment_from_hydra
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
-from training.benchmarl_tasks import EpisodeMetrics
+from training.benchmarl_tasks import EpisodeMetrics, KeepsPolicy
 
 
 @hydra.main(version_base=None, config_path="conf", config_name="config")  # type: ignore[untyped-decorator]
 def main(config: DictConfig) -> None:
     """Run one experiment; results go to Hydra's folder of outputs."""
     task = HydraConfig.get().runtime.choices.task
-    load_experiment_from_hydra(config, task_name=task, callbacks=[EpisodeMetrics()]).run()
+    callbacks = [EpisodeMetrics(), KeepsPolicy()]
+    load_experiment_from_hydra(config, task_name=task, callbacks=callbacks).run()
 
 
 if __name__ == "__main__":

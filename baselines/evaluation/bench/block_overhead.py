@@ -7,6 +7,7 @@ does. A block of `es1` is run once, and its episodes travel to a worker and back
 """
 
 import time
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,7 +24,7 @@ from baselines.evaluation.ray_backend import RayBackend
 from baselines.evaluation.runner import MAX_ROWS, Plan, warm_up
 from swarm_forage_env.scenarios import find_scenario
 
-Job = tuple[int, list[AnyEpisode]]
+Job = tuple[int, Sequence[AnyEpisode]]
 
 
 def echo(job: Job) -> Job:
@@ -43,7 +44,7 @@ def seconds_per_call(backend: Backend, jobs: list[Job]) -> tuple[float, float]:
 
 
 def seconds_to_keep(
-    configuration: ExperimentConfig, episodes: list[AnyEpisode], times: int
+    configuration: ExperimentConfig, episodes: Sequence[AnyEpisode], times: int
 ) -> float:
     """Mean time in which this process keeps the episodes of a block on this disk [s]."""
     with TemporaryDirectory(dir=Path.cwd()) as folder:
@@ -69,7 +70,7 @@ def main(
     episodes = run_episodes(scenario, configuration.controller, seeds, configuration.physics)
     typer.echo(f"to run a block: {time.perf_counter() - begin:.2f} s")
     typer.echo(f"to keep its episodes: {seconds_to_keep(configuration, episodes, 10):.3f} s")
-    jobs = [(number, episodes) for number in range(blocks)]
+    jobs: list[Job] = [(number, episodes) for number in range(blocks)]
     backends: tuple[Backend, ...] = JoblibBackend(workers), RayBackend(workers)
     for _ in range(rounds):
         for backend in backends:

@@ -98,10 +98,11 @@ class BatchCase(Case):
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         """Run the warm-up and return a step of the environment under random actions."""
         from swarm_forage_env import ArrayEnv
+        from swarm_forage_env.envs.keywords import OwnName
 
         env = ArrayEnv(
             self.scenario, self.n_worlds, CONTROLLER,
-            physics=physics, threads=threads, decision_period=1,
+            physics=OwnName(physics), threads=threads, decision_period=1,
         )  # fmt: skip
         wheels = random_wheels(self.rows).reshape(-1, self.n_worlds, len(env.learners), 2)
 
@@ -122,8 +123,11 @@ class DictionaryCase(Case):
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         """Run the warm-up and return a step of the environment under random actions."""
         from swarm_forage_env import parallel_env
+        from swarm_forage_env.envs.keywords import OwnName
 
-        env = parallel_env(self.scenario, controller=CONTROLLER, physics=physics, decision_period=1)
+        env = parallel_env(
+            self.scenario, controller=CONTROLLER, physics=OwnName(physics), decision_period=1
+        )
         agents = env.possible_agents
         wheels = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
 

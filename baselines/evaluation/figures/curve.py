@@ -24,6 +24,9 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.parameters import resolve
 
+AXES = {"task.n_robots": "robots", "radio.max_range": "radio range"}
+"""Settings that an axis calls otherwise than by their last word."""
+
 LOGGER = logging.getLogger("swarm-forage")
 
 
@@ -143,7 +146,7 @@ def _axis(x: str, group: EpisodeGroup) -> str:
         unit = (units(configuration.scenario) | units(configuration.controller)).get(x, "")
     except (ConfigError, UnknownNameError):
         unit = ""
-    name = x.rpartition(".")[2].replace("n_robots", "robots").replace("_", " ")
+    name = AXES.get(x) or x.rpartition(".")[2].replace("_", " ")
     return f"{name} [{unit}]" if unit else name
 
 
