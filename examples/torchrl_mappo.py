@@ -186,7 +186,7 @@ def train(
 def round_trips(
     policy: ProbabilisticActor | None, seed: int = 1000, by_chance: bool = False, **options: Any
 ) -> float:
-    """Mean over an episode in each world: of the policy, stochastic or not, or of random actions."""
+    """Mean over an episode in each world, of the policy, stochastic or not, or at random."""
     env = SwarmTorchEnv(n_worlds=N_WORLDS, seed=seed, **options)
     how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
     with torch.no_grad(), set_exploration_type(how):

@@ -105,7 +105,7 @@ class PolicyController(LayeredController):
         form = self.form(scenario)
         if self.policy.chance or form.observer.parts or form.config.stack > 1:
             raise ConfigError(
-                f"policy {self.policy.source}: Python calls a policy that acts by chance or"
+                f"policy {self.policy.source}: Python calls a policy that is stochastic or"
                 " observes more than its layer does in a tick; leave out chance=true, or take one"
                 " that observes its layer alone, without stack"
             )
