@@ -24,7 +24,7 @@ from training.benchmarl_tasks import EpisodeMetrics, KeepsPolicy, SwarmForageTas
 
 
 def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
-    """Read the command line, train, and compare the policy with itself, stochastic, and at random."""
+    """Read the command line, train, and compare the policy, stochastic too, with random actions."""
     names = [task.name.lower() for task in SwarmForageTask]
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--task", default="near", choices=names)

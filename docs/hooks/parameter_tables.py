@@ -48,10 +48,10 @@ class ParameterTables(griffe.Extension):
         for docstring in (cls.docstring, getattr(cls.members.get("__init__"), "docstring", None)):
             if docstring is not None and "__init__" in cls.members:
                 docstring.value = with_table(docstring.value, cls.members["__init__"].parameters)
-        fields = {name: each for name, each in cls.members.items() if _is_field(each)}
+        fields = {row[0]: row for row in fields_of(cls)}  # a field that it defines again is its own
         if len(fields) > 1:
-            cls.docstring.value += f"\n\n{table(list(fields_of(cls)))}\n"
-            for name in fields:
+            cls.docstring.value += f"\n\n{table(list(fields.values()))}\n"
+            for name in [name for name, each in cls.members.items() if _is_field(each)]:
                 del cls.members[name]
 
     def on_function(self, *, func: griffe.Function | griffe.Alias, **_: object) -> None:
@@ -102,7 +102,7 @@ def loaded(path: str) -> griffe.Object | griffe.Alias:
 
 def _is_field(member: griffe.Object | griffe.Alias) -> bool:
     is_plain = not member.is_alias and member.is_attribute and not member.name.startswith("_")
-    return is_plain and member.annotation is not None and "property" not in member.labels
+    return is_plain and member.annotation is not None and "instance-attribute" in member.labels
 
 
 def _value(attribute: griffe.Object | griffe.Alias) -> tuple[str, str]:

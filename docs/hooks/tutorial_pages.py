@@ -117,7 +117,7 @@ def _merged(outputs: Sequence[Any]) -> list[Any]:
     """The outputs of a cell without what it wrote to stderr, pieces of a stream in one."""
     kept: list[Any] = []
     for each in outputs:
-        if each.get("name") == "stderr":
+        if each.get("name") == "stderr" or not each.get("text", "-").strip():
             continue
         if kept and each.get("name") == "stdout" == kept[-1].get("name"):
             kept[-1].text += each.text

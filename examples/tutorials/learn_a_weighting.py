@@ -22,10 +22,10 @@ from training.policy_controller import policy_controller
 from training.vec_env import SwarmVecEnv
 
 # %% tags=["parameters"]
-EXCHANGES = 6_000  # of each robot
+EXCHANGES = 3_000  # of each robot
 N_WORLDS = 8
 ROLLOUT, BATCH = 256, 2560
-TEST_SEEDS = range(1000, 1020)
+TEST_SEEDS = range(1000, 1010)
 CHANGES = {}  # of the scenario of the test
 FOLDER = "runs/tutorials"
 

@@ -19,7 +19,7 @@ from swarm_forage_env import find_scenario
 from swarm_forage_env.controllers import find_controller
 
 # %% tags=["parameters"]
-EPISODES = 20
+EPISODES = 15
 CHANGES = {}  # of the scenario; none: the world of the paper
 
 # %% [markdown]
