@@ -10,7 +10,9 @@ import torch
 from torch import Tensor
 
 from baselines.oracles.oracle import errors
+from baselines.running import RunningLayers
 from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.record import rows
 from training.exchanges import is_merged, squared_error
 from training.tensor_vec_env import Step, TensorVecEnv
@@ -47,15 +49,16 @@ class ErrorRewardVecEnv(TensorVecEnv):
 
 def _error_reduction_in(block: ArrayEnv, g: Tensor) -> Tensor:
     """What every learner's weights g, of both areas, would reduce its errors by now [m2]."""
-    loop = block.download().loop
-    estimator, n_robots = loop.controller.estimator, block.world.n_robots
-    minds = loop.controller.minds
-    merged = is_merged(rows(minds["estimator"]["exchange"]), estimator.numbers["double"] > 0.0)
+    layers, world = block.download().loop.controller, block.world
+    assert isinstance(layers, RunningLayers)
+    assert isinstance(world, ForagingWorld)
+    is_double = layers.estimator.numbers["double"] > 0.0
+    merged = is_merged(rows(layers.minds["estimator"]["exchange"]), is_double)
     own, heard, counts = (
-        torch.from_numpy(each.reshape(block.n_worlds, n_robots, *each.shape[1:]))[
+        torch.from_numpy(each.reshape(block.n_worlds, world.n_robots, *each.shape[1:]))[
             :, block.learner_numbers
         ].flatten(0, 2)
-        for each in (*errors(minds, loop.world), merged)
+        for each in (*errors(layers.minds, world), merged)
     )
     reduced = error_reduction(g.flatten(), own.float(), heard.float())
     return torch.where(counts, reduced, 0.0).view(-1, 2).sum(1)

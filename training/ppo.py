@@ -64,7 +64,7 @@ PRESETS: Mapping[str, Preset] = {
     ),
 }
 """For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
-(decision 0033), for the weighting by decisions 0034 and 0040."""
+(decision 0033), for the weighting by decisions 0034 and 0042."""
 
 LATEST = "latest.safetensors"  # file of the policy of the last interval
 BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
