@@ -106,6 +106,6 @@ right.set(xlabel="seconds of training", ylabel="round trips")
 _ = right.legend()
 
 # %% [markdown]
-# A few worlds leave a GPU idle; thousands use it. The command for all of this is `swarm-forage
-# train motion es1 --device cuda --physics kinematic --worlds 1024 --budget 2000000000`. What runs
+# A few worlds leave a GPU idle; thousands use it. The command for all of this is
+# `swarm-forage train motion es1 --device cuda --physics kinematic --worlds 1024`. What runs
 # on a GPU, and when one pays: [train on a GPU](../guides/gpu.md).

@@ -31,8 +31,8 @@ print(len(env.agents), "robots,", env.max_cycles, "steps in an episode")
 print(env.action_layout)
 
 # %% [markdown]
-# An observation has 45 numbers in the robot's own frame, and the layout names each of them. Numbers
-# about an area that the robot has not found are 0, and so is their flag `known`.
+# An observation has 45 features in the robot's own frame, and the layout names each of them.
+# Features of an area that the robot has not found are 0, and so is their flag `known`.
 
 # %%
 observed = dict(zip(env.observation_layout.names, observations["epuck_0"].tolist(), strict=True))

@@ -30,8 +30,8 @@ def evaluate(*arguments):
 # %% [markdown]
 # ## Make a dataset
 #
-# On the command line: `swarm-forage evaluate es1 nc ssgikf ssgiff:beta=0.001 ssgiff:beta=0.1
-# --out runs/tutorials/data`
+# The command line is
+# `swarm-forage evaluate es1 nc ssgikf ssgiff:beta=0.001 ssgiff:beta=0.1 --out runs/tutorials/data`.
 
 # %%
 evaluate("nc", "ssgikf", "ssgiff:beta=0.001", "ssgiff:beta=0.1", f"--out={OUT}", *BUDGET)

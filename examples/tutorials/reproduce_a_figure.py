@@ -3,8 +3,8 @@
 #
 # Figures 14 and 15 of the technical report of 2009 compare strategies by their round trips. This
 # tutorial runs three of them in `es1`, the first world of the paper, draws them beside the
-# published numbers, and then changes the range of the radio. It takes some minutes and needs `pip
-# install '.[evaluate]'`.
+# published numbers, and then changes the range of the radio. It takes some minutes and needs
+# `pip install '.[evaluate]'`.
 #
 # `swarm-forage reproduce social-odometry` makes all figures and checks all claims of the report, in
 # hours.
