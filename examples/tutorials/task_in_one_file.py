@@ -178,7 +178,9 @@ from training.vec_env import SwarmVecEnv
 
 torch.set_num_threads(1)
 rows = SwarmVecEnv("come-together", n_worlds=N_WORLDS)
-model = PPO("MlpPolicy", rows, n_steps=120, gamma=0.98, batch_size=480, seed=1, device="cpu")
+model = PPO(
+    "MlpPolicy", rows, n_steps=120, gamma=0.98, batch_size=60 * N_WORLDS, seed=1, device="cpu"
+)
 model.learn(ROBOT_STEPS // 10)
 model.save(OUT / "come_together.zip")
 
