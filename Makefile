@@ -2,6 +2,9 @@
 PYTHON  ?= python3
 WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,render,train,onnx,dev
+RLLIB   := rllib,ray,train
+TORCHRL := torchrl,train,render
+CUDA    := cuda,torchrl,train
 SHORT   := not slow and not reproduces and not wheel and not faults and not site
 FAULTS  ?= 100
 MUTANTS ?= equations weighting estimators statistics claims training learned_layers
@@ -20,45 +23,46 @@ REPLAYS := $(patsubst %,build/replays/waypoints-%.html,05 10 25 50)
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
 
+# A virtual environment with this package in it, by uv where it is installed: folder, constraints,
+# what to install.
+define make_venv
+	@if command -v uv >/dev/null; then \
+		uv venv --quiet --seed --allow-existing --python $(PYTHON) $(1) && \
+		uv pip install --python $(1)/bin/python --constraint $(2) --editable $(3); \
+	else \
+		$(PYTHON) -m venv $(1) && \
+		$(1)/bin/python -m pip install -qq --constraint $(2) --editable $(3); \
+	fi
+endef
+
 $(READY): pyproject.toml constraints.txt
 	@echo 'installing all that is tested, torch too, into .venv: some 2 GB, a few minutes'
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[$(EXTRAS)]'
+	$(call make_venv,.venv,constraints.txt,'.[$(EXTRAS)]')
 	@touch $(LIGHT) $@
 
 $(LIGHT): pyproject.toml constraints.txt
 	@echo 'installing what evaluates and draws into .venv, without torch: 700 MB, half a minute'
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[evaluate]'
+	$(call make_venv,.venv,constraints.txt,'.[evaluate]')
 	@touch $@
 
 .venv-rllib/.ready: pyproject.toml constraints-rllib.txt
-	$(PYTHON) -m venv .venv-rllib
-	.venv-rllib/bin/python -m pip install -qq --constraint constraints-rllib.txt \
-		--editable '.[rllib,ray,train]' $(TESTS)
+	$(call make_venv,.venv-rllib,constraints-rllib.txt,'.[$(RLLIB)]' $(TESTS))
 	@touch $@
 
 .venv-torchrl/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-torchrl
-	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[torchrl,train,render]' $(TESTS)
+	$(call make_venv,.venv-torchrl,constraints.txt,'.[$(TORCHRL)]' $(TESTS))
 	@touch $@
 
 .venv-cuda/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-cuda
-	.venv-cuda/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[cuda,torchrl,train]' $(TESTS)
+	$(call make_venv,.venv-cuda,constraints.txt,'.[$(CUDA)]' $(TESTS))
 	@touch $@
 
 .venv-docs/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-docs
-	.venv-docs/bin/python -m pip install -qq --constraint constraints.txt --editable '.[docs]'
+	$(call make_venv,.venv-docs,constraints.txt,'.[docs]')
 	@touch $@
 
 .venv-mutants/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-mutants
-	.venv-mutants/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[mutants]'
+	$(call make_venv,.venv-mutants,constraints.txt,'.[mutants]')
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
