@@ -89,6 +89,6 @@ class Cloner:
         log_probs = log_probs_of(self._acted[rows], mean, self.policy.log_std)
         loss = -(self._weights[rows] * log_probs).mean()
         self._optimiser.zero_grad()
-        loss.backward()
+        loss.backward()  # type: ignore[no-untyped-call]
         self._optimiser.step()
         return -loss.item()
