@@ -278,6 +278,7 @@ class PPOLearner:
                 self._states[step.ended] = 0.0
             observations = step.observations
         rollout.values[n] = policy.predict_values(self._seen(observations)).flatten()
+        env.check()
         return rollout, observations
 
     def _seen(self, observations: Tensor) -> Tensor:
