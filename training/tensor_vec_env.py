@@ -43,7 +43,8 @@ class TensorVecEnv:
         step = env.step(actions)
 
     The blocks observe and act alike, and are on one device, on which all tensors stay. A world
-    whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s].
+    whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s], of a GPU
+    only that of asking for them.
     """
 
     def __init__(self, blocks: Sequence[ArrayEnv]) -> None:
@@ -94,7 +95,7 @@ class TensorVecEnv:
             np.repeat(each.is_over, len(block.learners))
             for block, each in zip(self.blocks, steps, strict=True)
         ]
-        rows = torch.from_numpy(np.flatnonzero(np.concatenate(ended))).to(self.device)
+        rows = self._placed(torch.from_numpy(np.flatnonzero(np.concatenate(ended))))
         rewards = torch.cat([tensor_of(each.rewards).float().flatten() for each in steps])
         final, observations = ([each[k] for each in steps] for k in range(2))
         self.stepping_s += time.perf_counter() - begin
@@ -108,6 +109,12 @@ class TensorVecEnv:
     def _update_acts(self, acts: Sequence[object]) -> None:
         if acts[0] is not None:
             self.acts = torch.cat([tensor_of(each).flatten() for each in acts]) > 0.0
+
+    def _placed(self, rows: Tensor) -> Tensor:
+        """Numbers of rows where the worlds are, without waiting for a GPU."""
+        if self.device.type == "cuda":
+            return rows.pin_memory().to(self.device, non_blocking=True)
+        return rows
 
     def _follow_stream(self) -> None:
         for block in self.blocks:
