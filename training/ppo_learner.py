@@ -347,7 +347,7 @@ class PPOLearner:
             "train/value_loss": critic_loss.item(),
             "train/std": torch.exp(policy.log_std).mean().item(),
             "train/reward": rollout.rewards.mean().item(),
-            **policy_change(log_ratio.detach()),
+            **policy_change(log_ratio),
         }
 
     def _groups(self, n: int) -> Tensor:
@@ -388,4 +388,4 @@ class PPOLearner:
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(self.policy.parameters(), MAX_GRADIENT_NORM)
         self._optimizer.step()
-        return actor_loss, critic_loss, log_ratio
+        return actor_loss.detach(), critic_loss.detach(), log_ratio.detach()
