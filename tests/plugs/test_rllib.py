@@ -110,6 +110,7 @@ def test_a_module_is_evaluated_under_the_keywords_of_its_training(
     for _ in range(40):
         rows = torch.from_numpy(np.array(list(observed.values())))
         given = module.forward_inference({"obs": rows})["action_dist_inputs"].detach().numpy()
+        chosen = given.argmax(1) if keywords.get("discrete") else given[:, : space.shape[0]]
         actions = chosen if keywords.get("discrete") else unsquash_action(chosen, space)
         observed, *_ = env.step(dict(zip(observed, actions, strict=True)))
     block = env._block.env
