@@ -105,7 +105,8 @@ def test_a_module_is_evaluated_under_the_keywords_of_its_training(
     algorithm = configured.callbacks(SavesPolicies).build_algo()
     algorithm.train()
     algorithm.stop()
-    module, env = algorithm.get_module("robot"), SwarmMultiAgentEnv(terms)
+    module, env = algorithm.get_module("robot"), SwarmMultiAgentEnv(configured.env_config)
+    assert repr(env).startswith("<SwarmMultiAgentEnv near: learn=")
     space, observed = env.action_spaces["epuck_0"], env.reset(seed=7)[0]
     for _ in range(40):
         rows = torch.from_numpy(np.array(list(observed.values())))
