@@ -13,11 +13,14 @@ READY   := .venv/.ready
 LIGHT   := .venv/.light
 TESTS   := pytest pytest-timeout hypothesis beartype
 PLAYED := near es1-clean es1 real ants2008 es2 es3 mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests
-REPLAYS := $(patsubst %,build/replays/waypoints-%.html,05 10 25 50)
+REPLAYS := $(patsubst %,tutorials: $(READY)  ## run the tutorials whose code is another than that of their kept outputs: docs/tutorials (minutes)
+	$(BIN)/python docs/hooks/tutorial_pages.py
+
+build/replays/waypoints-%.html,05 10 25 50)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
-	test-cuda test-targets check lint dist golden coverage bench bench-cuda ladder reproduce pictures model-cards score-plot scores docs \
+	test-cuda test-targets check lint dist golden coverage bench bench-cuda ladder reproduce pictures tutorials model-cards score-plot scores docs \
 	docs-serve docs-equations counts clean
 
 help:  ## list the targets

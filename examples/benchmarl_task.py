@@ -24,7 +24,7 @@ from training.benchmarl_tasks import EpisodeMetrics, KeepsPolicy, SwarmForageTas
 
 
 def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
-    """Read the command line, train, and compare the policy, by chance too, with random actions."""
+    """Read the command line, train, and compare the policy, stochastic too, with random actions."""
     names = [task.name.lower() for task in SwarmForageTask]
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--task", default="near", choices=names)
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
     for name, learned in evaluation.last.items():
         chance, drawn = by_chance[name].mean(), random[name].mean()
         print(
-            f"{name}: {learned.mean():.2f} learned, {chance:.2f} the same by chance,"
+            f"{name}: {learned.mean():.2f} learned, {chance:.2f} the same, stochastic,"
             f" {drawn:.2f} random actions"
         )
     print(f"kept: {experiment.folder_name / 'policy.pt'}")

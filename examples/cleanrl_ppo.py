@@ -243,7 +243,7 @@ def compare(options: Options, agent: Agent) -> dict[str, float]:
         "random": policy_controller(wander, **terms),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": find_controller(f"torchscript:{options.out}/policy.pt"),
-        "the same by chance": policy_controller(by_chance, **terms),
+        "the same, stochastic": policy_controller(by_chance, **terms),
     }
     found = {}
     for name, controller in controllers.items():

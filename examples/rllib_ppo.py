@@ -116,7 +116,7 @@ def compare(module: RLModule, episodes: int) -> dict[str, float]:
         "random": policy_controller(wander, decision_period=PERIOD),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": policy_controller(steer, decision_period=PERIOD),
-        "the same by chance": policy_controller(by_chance, decision_period=PERIOD),
+        "the same, stochastic": policy_controller(by_chance, decision_period=PERIOD),
     }
     found = {}
     for name, controller in controllers.items():

@@ -74,7 +74,7 @@ def compare(file: Path, episodes: int) -> dict[str, float]:
         "random": policy_controller(wander),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": find_controller(f"sb3:{file}"),
-        "the same by chance": find_controller(f"sb3:{file},chance=true"),
+        "the same, stochastic": find_controller(f"sb3:{file},chance=true"),
     }
     found = {}
     for name, controller in controllers.items():

@@ -186,7 +186,7 @@ def train(
 def round_trips(
     policy: ProbabilisticActor | None, seed: int = 1000, by_chance: bool = False, **options: Any
 ) -> float:
-    """Mean over an episode in each world: of the policy, by chance or not, or of random actions."""
+    """Mean over an episode in each world, of the policy, stochastic or not, or at random."""
     env = SwarmTorchEnv(n_worlds=N_WORLDS, seed=seed, **options)
     how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
     with torch.no_grad(), set_exploration_type(how):
@@ -205,7 +205,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = {**TERMS, **SCENARIOS[chosen.scenario]}
     policy = train(chosen.iterations, chosen.seed, is_ippo=chosen.ippo, **options)
     print(f"learned: {round_trips(policy, **options):.1f} round trips an episode")
-    print(f"the same by chance: {round_trips(policy, by_chance=True, **options):.1f}")
+    print(f"the same, stochastic: {round_trips(policy, by_chance=True, **options):.1f}")
     print(f"random: {round_trips(None, **options):.1f}")
 
 

@@ -29,6 +29,13 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
     UnknownNameError for an unknown name or parameter, ConfigError for a text
     of another form or a value that does not fit; also for a reference, which knows the ground
     truth, unless `references` are wanted.
+
+    >>> find_controller("ssgiff:beta=0.01").name
+    'ssgiff'
+
+    Args:
+        controller: A name, with parameters if wanted, or a controller.
+        references: Accept oracles, which know the ground truth.
     """
     if not isinstance(controller, str):
         if not isinstance(controller, Controller):
@@ -49,6 +56,11 @@ def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> 
     also stands for None. Entries are what `find_controller` takes; oracles are refused.
 
     ConfigError for a list of another length, UnknownNameError for a robot that there is not.
+
+    Args:
+        controller: One controller, a list with one for each robot, or a mapping; None: the task's
+            default.
+        scenario: The world of the swarm, which says how many robots there are.
     """
     task = task_of(scenario)
     if isinstance(controller, Mapping):

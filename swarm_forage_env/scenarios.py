@@ -49,6 +49,13 @@ def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
 
     Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for an
     unknown name, ConfigError for a number that does not fit.
+
+    >>> find_scenario("es1", {"task.n_robots": 20}).task.n_robots
+    20
+
+    Args:
+        scenario: A name, a TOML file, or a scenario.
+        overrides: Parameters to change, by dotted name, or by the last part where it is unique.
     """
     if isinstance(scenario, str | Path):
         is_file = str(scenario).endswith(".toml")

@@ -83,7 +83,13 @@ def learned_layer(layer: LayerName, controller: LayeredController) -> type[Param
 def with_learned_layers(
     controller: LayeredController, layers: Sequence[LayerName], policy: Path
 ) -> LayeredController:
-    """Copy a controller, with some layers replaced by those of a policy file."""
+    """Copy a controller, with some layers replaced by those of a policy file.
+
+    Args:
+        controller: A hand-written controller.
+        layers: Layers to replace: `weighting`, `motion`.
+        policy: A file that `swarm-forage train` has written.
+    """
     file = {"policy": str(policy)}
     parts = {each: learned_layer(each, controller).model_validate(file) for each in layers}
     return replace(controller, **parts)  # type: ignore[arg-type] # of no `name`

@@ -38,7 +38,7 @@ def dataset(  # noqa: PLR0913 the options of a command
     ] = None,
     learners: Annotated[
         int | None,
-        Option(help="Keep so many robots of each episode, whole.", show_default="all"),
+        Option(help="Robots to keep of each episode, each from start to end.", show_default="all"),
     ] = None,
     out: Annotated[
         Path | None,

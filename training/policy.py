@@ -88,7 +88,7 @@ class ForeignPolicy(PolicyKeywords):
         "layer", description="What it observes: layer+previous_action, layer+module:Class"
     )
     chance: bool = Field(
-        False, description="It acts by chance, as in training, from a stream of each robot"
+        False, description="It acts stochastically, as in training, by a stream of each robot"
     )
 
     @field_validator("discrete", mode="before")

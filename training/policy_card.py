@@ -79,7 +79,14 @@ def save_policy_card(
     controller: Controllers | None = None,
     **options: Unpack[EnvOptions],
 ) -> Path:
-    """Write the card of a policy file beside it, under the keywords that it was trained with."""
+    """Write the card of a policy file beside it, under the keywords that it was trained with.
+
+    Args:
+        file: The policy, `policy.pt`; the card is `policy.json` beside it.
+        scenario: The scenario of the training.
+        controller: Controller of the layers that were not learned.
+        **options: The other keywords of `parallel_env`.
+    """
     card = card_of(checked_parts(scenario, controller, options))
     path = Path(file).with_suffix(".json")
     write_card(path, card)

@@ -105,7 +105,7 @@ class PolicyController(LayeredController):
         form = self.form(scenario)
         if self.policy.chance or form.observer.parts or form.config.stack > 1:
             raise ConfigError(
-                f"policy {self.policy.source}: Python calls a policy that acts by chance or"
+                f"policy {self.policy.source}: Python calls a policy that is stochastic or"
                 " observes more than its layer does in a tick; leave out chance=true, or take one"
                 " that observes its layer alone, without stack"
             )
@@ -233,6 +233,14 @@ def policy_controller(
     `learn` and `keywords` are those of `parallel_env` under which it was trained. With
     `n_state=64` the function also gets a hidden state of each robot, float32 (robots, 64), which
     is zeros when an episode starts, and returns actions and the next states.
+
+    Args:
+        function: Maps observations (robots, features) to actions (robots, actions).
+        controller: Controller of the layers that the policy does not replace.
+        name: Name in tables and data.
+        learn: Layers that the policy replaces.
+        n_state: Size of the hidden state of a robot; 0: none.
+        **keywords: Further keywords of `parallel_env` of the training.
     """
     terms = {"function": function, "learn": learn, "n_state": n_state, **keywords}
     policy = validated(FunctionPolicy, terms)

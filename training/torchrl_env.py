@@ -104,7 +104,19 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         device: torch.device | str = "cpu",
         **options: Unpack[EnvOptions],
     ) -> None:
-        """Make the worlds; a `seed` is that of `set_seed`."""
+        """Make the worlds; a `seed` is that of `set_seed`.
+
+        Args:
+            scenario: A name, a TOML file or a `Scenario`.
+            n_worlds: Worlds in the batch.
+            controller: Controller of the layers that are not learned.
+            seed: Seed of the first episodes.
+            stagger: The first episodes end at different times.
+            return_state: Tensors hold the true state, for centralised critics.
+            categorical_actions: Discrete actions are integers; false: one-hot.
+            device: `cpu` or `cuda`.
+            **options: The fields of `EnvConfig`, and parameters of the scenario.
+        """
         where = worlds_on(device)
         if where == "cuda" and return_state:
             raise ConfigError(

@@ -39,6 +39,10 @@ def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
     The transitions of a robot in an episode follow one another, and `truncated` ends them.
     ConfigError for a folder without any, with an episode in two versions or with several action
     spaces or observations, and for a damaged file.
+
+    Args:
+        folder: What `swarm-forage dataset` has written.
+        policy: The name of one policy; None: all.
     """
     files = _files(Path(folder), policy)
     tables, cards = zip(*map(_kept_in, files), strict=True)

@@ -53,7 +53,18 @@ class SwarmVecEnv(VecEnv):
         device: Device = "cpu",
         **options: Unpack[EnvOptions],
     ) -> None:
-        """Make the worlds; a `seed` starts the sequence of each: one number, or one for each."""
+        """Make the worlds; a `seed` starts the sequence of each: one number, or one for each.
+
+        Args:
+            scenario: A name, a TOML file or a `Scenario`.
+            n_worlds: Worlds, each of which adds a row for each learner.
+            controller: Controller of the layers that are not learned.
+            seed: Seed of the first episodes: one number, or one for each world.
+            stagger: The first episodes end at different times.
+            render_mode: As in `parallel_env`.
+            device: `cpu` or `cuda`.
+            **options: The fields of `EnvConfig`, and parameters of the scenario.
+        """
         check_render_mode(render_mode)
         self.env = env = ArrayEnv(scenario, n_worlds, controller, stagger, device, **options)
         self.scenario = env.world.scenario

@@ -133,6 +133,11 @@ def read_groups(
     A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. A group is
     labelled with its controller's name as given; with the short name if names differ. ConfigError
     for what is no dataset, or of another or of several versions of the code.
+
+    Args:
+        sources: Folders that `swarm-forage evaluate` has written, or object stores.
+        scenarios: Names of scenarios; empty: all.
+        controllers: Names of controllers; empty: all.
     """
     parts: dict[str, list[EpisodeGroup]] = {}
     names = {each.partition(":")[0] for each in controllers}

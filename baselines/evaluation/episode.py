@@ -31,6 +31,20 @@ def run_episodes(
 
     Foraging gives a `ForagingEpisode` for each. The number of threads changes nothing but the
     computing time. The observer is called with the loop at the start and after every tick.
+
+    >>> from swarm_forage_env.controllers import find_controller
+    >>> from swarm_forage_env.scenarios import find_scenario
+    >>> scenario = find_scenario("es1", {"task.duration": 60.0})
+    >>> [episode.seed for episode in run_episodes(scenario, find_controller("nc"), range(2))]
+    [0, 1]
+
+    Args:
+        scenario: The world, from `find_scenario`.
+        controller: The controller of all robots, from `find_controller` or `find_controllers`.
+        seeds: Seeds of the worlds; each episode depends on its own seed alone.
+        physics: `rigid` or `kinematic`; None: the engine of the scenario.
+        threads: Threads that run the worlds.
+        observer: Called with the loop at the start and after every tick.
     """
     start = time.perf_counter()
     world = cast(BaseScenario, scenario)

@@ -64,6 +64,10 @@ def mean_interval(values: Sequence[float], seed: int = 0) -> Estimate | None:
 
     >>> mean_interval([4.0])
     Estimate(value=4.0, interval=None, n=1)
+
+    Args:
+        values: The sample, such as the round trips of each episode.
+        seed: Seed of the resampling.
     """
     if not values:
         return None
@@ -75,6 +79,14 @@ def compare(values: Sequence[float], base: Sequence[float], seed: int = 0) -> Co
     """Compare a sample with a base sample of the same seeds in the same order.
 
     The difference is mean(x_k - b_k), the ratio mean(x) / mean(b).
+
+    >>> compare([5.0, 7.0, 8.0], [4.0, 5.0, 6.0]).difference.value
+    1.6666666666666667
+
+    Args:
+        values: The sample x.
+        base: The sample b, whose k-th value has the seed of the k-th value of x.
+        seed: Seed of the resampling.
     """
     x, b = np.asarray(values, dtype=np.float64), np.asarray(base, dtype=np.float64)
     difference = mean_interval((x - b).tolist(), seed)
@@ -113,6 +125,13 @@ def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate |
     A stratum is a task, its values are the scores of the runs; runs are resampled within each task,
     and the interval lies between percentiles. None without values.
 
+    >>> iqm_interval([[1.0, 2.0, 3.0, 30.0]]).value
+    2.5
+
+    Args:
+        strata: For each task, the scores of its runs.
+        seed: Seed of the resampling.
+
     Source: AgarwalEtAl2021, Section 4.1.
     """
     drawn = _resampled(strata, seed)
@@ -130,6 +149,14 @@ def performance_profile(
     """The share of runs above each tau, and the ends of its stratified bootstrap interval.
 
     Source: AgarwalEtAl2021, Section 4.2; DolanMore2002.
+
+    >>> performance_profile([[0.2, 0.6, 0.9]], [0.5])[0].round(2).tolist()
+    [0.67]
+
+    Args:
+        strata: For each task, the scores of its runs.
+        taus: Scores at which the profile is computed.
+        seed: Seed of the resampling.
     """
     drawn = _resampled(strata, seed)
     if drawn is None:

@@ -88,9 +88,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
 
     **transfer**: every policy of the box in worlds that it was not trained in; no paper has it.
 
-    Says how long it will take before it starts. Every episode is kept in --out as soon as it
-    has been run, so that a run that was stopped goes on where it was. The exit status is 0
-    whether or not the claims hold, and 1 if kept episodes are gone at the end.
+    Prints the expected time before it starts. Finished blocks of episodes are written to --out;
+    a stopped run repeats at most the unfinished blocks. The exit status is 0 whether or not the
+    claims hold, and 1 if kept episodes are gone at the end.
     """
     from baselines.evaluation.console import say
     from baselines.evaluation.runner import check_kept

@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import cards
 import equation_page
 import glossary_links
+import reference_pages
 import source_pages
 import tutorial_pages
 import typography
@@ -21,13 +22,16 @@ from mkdocs.structure.pages import Page
 
 ROOT = source_pages.ROOT
 GLOSSARY = "glossary.md"
-TUTORIALS = ROOT / "examples" / "tutorials"
 REPLAYS = ROOT / "build" / "replays"
 ORDER = (
-    "first_swarm", "reproduce_a_figure", "learn_a_motion", "learn_a_weighting",
-    "a_rule_as_a_package", "read_the_data", "watch_and_compare", "scale_out",
+    "first_swarm", "train_in_20_lines", "reproduce_a_figure", "watch_and_compare", "read_the_data",
+    "learn_a_motion", "learn_a_weighting", "a_rule_as_a_package", "task_in_one_file", "scale_out",
+    "a_thousand_worlds_on_a_gpu", "onto_a_cortex_m4",
 )  # fmt: skip
 """The tutorials in the order of the navigation."""
+
+Pages = dict[str, tuple[str, str]]
+"""Generated pages by their place: the file that each stands for, and its text."""
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -49,11 +53,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "equations.md": ("docs/equations.md", equation_page.page(ROOT)),
         **{uri: (f"docs/{uri}", text) for uri, text in cards.pages().items()},
     }
-    for name in ORDER:
-        script = TUTORIALS / f"{name}.py"
-        text = tutorial_pages.page(script.read_text(encoding="utf-8"), name)
-        pages[f"tutorials/{name}.md"] = (f"docs/tutorials/{name}.md", text)
-        _add(files, config, f"tutorials/{name}.ipynb", tutorial_pages.notebook(script))
+    pages |= _tutorials(files, config) | _reference(files)
     linked = {f"examples/tutorials/{name}.py" for name in ORDER}
     for uri, (origin, text) in pages.items():
         linked |= set(source_pages.linked_files(text, origin))
@@ -71,6 +71,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
     """Lead links to files outside docs/ to the pages that show them."""
     origin = f"docs/{page.file.src_uri}"
+    if page.file.src_uri.startswith("reference/") and page.file.generated_by is None:
+        markdown = reference_pages.with_tables(markdown)
+    markdown = markdown.replace("<!-- keywords -->", reference_pages.keywords())
     return source_pages.rewritten(markdown, origin, origin)
 
 
@@ -92,11 +95,35 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, **_: object) ->
     return glossary_links.linked(html, words, target)
 
 
+def _tutorials(files: Files, config: MkDocsConfig) -> Pages:
+    """A page for each tutorial; its pictures and its notebook are added at once."""
+    pages = {}
+    for name in ORDER:
+        text, pictures = tutorial_pages.page(name)
+        pages[f"tutorials/{name}.md"] = (f"docs/tutorials/{name}.md", text)
+        _add(files, config, f"tutorials/{name}.ipynb", tutorial_pages.handed_out(name))
+        for picture, content in pictures.items():
+            _add(files, config, f"tutorials/{name}_pictures/{picture}", content)
+    return pages
+
+
+def _reference(files: Files) -> Pages:
+    """A page for each name of the reference."""
+    pages = {}
+    for index in reference_pages.INDEXES:
+        file = files.get_file_from_path(f"reference/{index}.md")
+        assert file is not None, index
+        for name in reference_pages.names(file.content_string):
+            text = reference_pages.page(name, index)
+            pages[f"reference/{name}.md"] = (f"docs/reference/{index}.md", text)
+    return pages
+
+
 def _read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-def _add(files: Files, config: MkDocsConfig, uri: str, content: str) -> None:
+def _add(files: Files, config: MkDocsConfig, uri: str, content: str | bytes) -> None:
     """Add a generated file, in the place of one of the same name."""
     if (old := files.get_file_from_path(uri)) is not None:
         files.remove(old)

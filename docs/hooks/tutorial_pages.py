@@ -1,53 +1,182 @@
-"""Tutorials: scripts in the percent format of jupytext, as pages and as notebooks."""
+"""Tutorials: scripts in the percent format of jupytext, kept as notebooks with their outputs.
 
+python docs/hooks/tutorial_pages.py [NAME ...]
+
+runs the named scripts, or those whose kept notebook is of other code (`make tutorials`), and keeps
+what they printed and drew in docs/tutorials. The site shows the kept notebooks and runs nothing.
+"""
+
+import json
+import os
 import re
+import sys
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = ROOT / "examples" / "tutorials"
+KEPT = ROOT / "docs" / "tutorials"
+RUN = "kept_run"
+"""Where the metadata of a kept notebook say when it ran, and under which version."""
+
+CELL = re.compile(r"^# %%(?P<kind>.*)$", re.MULTILINE)
+PARAMETERS = "parameters"
+"""The tag of the cell whose values another run may replace, as papermill has it."""
+
+TEMPLATE = """{%- extends "markdown/index.md.j2" -%}
+{% block stream %}
+```{.text .output}
+{{ output.text | strip_ansi | trim("\\n") }}
+```
+{% endblock stream %}
+{% block data_text scoped %}
+```{.text .output}
+{{ output.data["text/plain"] | trim("\\n") }}
+```
+{% endblock data_text %}
+"""
+"""What cells printed stands in blocks of their own class."""
 
 WHEEL = f"swarm_forage-{version('swarm-forage')}-py3-none-any.whl"
-
 INSTALL = f"""# In Colab: upload {WHEEL}, which `make dist` makes, and run this cell first.
 from importlib.util import find_spec
 
 if find_spec("swarm_forage_env") is None:
     %pip install --quiet "{WHEEL}[train,render]\""""
-"""The first cell of code of a notebook."""
-
-CELL = re.compile(r"^# %%(?P<kind> \[markdown\])?.*$", re.MULTILINE)
+"""The first cell of code of a notebook that is handed out."""
 
 
-def page(script: str, name: str) -> str:
-    r"""The page of a script: its comments as text, its code in blocks.
+def code_cells(script: str) -> list[str]:
+    r"""The code of a script, a cell each.
 
-    >>> print(page("# %% [markdown]\n# # First\n#\n# Words.\n# %%\nx = 1\n", "first"))
-    # First
-    <BLANKLINE>
-    Words.
-    <BLANKLINE>
-    [Script](../source/examples/tutorials/first.py.md) · [notebook](first.ipynb)
-    <BLANKLINE>
-    ```python
-    x = 1
-    ```
-    <BLANKLINE>
+    >>> code_cells("# %% [markdown]\n# # First\n\n# %%\nx = 1\n\n# %%\nprint(x)\n")
+    ['x = 1', 'print(x)']
     """
     _, *pieces = CELL.split(script)
-    parts = []
-    for kind, body in zip(pieces[::2], pieces[1::2], strict=True):
-        text = body.strip("\n")
-        if kind:
-            parts.append("\n".join(re.sub(r"^# ?", "", line) for line in text.splitlines()))
-        elif text:
-            parts.append(f"```python\n{text}\n```")
-    links = f"[Script](../source/examples/tutorials/{name}.py.md) · [notebook]({name}.ipynb)"
-    return "\n\n".join([parts[0], links, *parts[1:]]) + "\n"
+    pairs = zip(pieces[::2], pieces[1::2], strict=True)
+    return [body.strip("\n") for kind, body in pairs if "[markdown]" not in kind]
 
 
-def notebook(script: Path) -> str:
-    """The notebook of a script, as jupytext writes it, which installs the wheel where it is run."""
+def with_parameters(script: str, values: Mapping[str, object]) -> str:
+    r"""The script with other values after its cell of parameters.
+
+    >>> print(with_parameters('# %% tags=["parameters"]\nN = 9\n# %%\nprint(N)\n', {"N": 1}))
+    # %% tags=["parameters"]
+    N = 9
+    N = 1
+    # %%
+    print(N)
+    <BLANKLINE>
+    """
+    head, tag, rest = script.partition(f'tags=["{PARAMETERS}"]\n')
+    cell, mark, after = rest.partition("\n# %%")
+    assigned = "".join(f"\n{name} = {value!r}" for name, value in values.items())
+    return f"{head}{tag}{cell.rstrip()}{assigned}{mark}{after}"
+
+
+def is_current(name: str) -> bool:
+    """Whether the kept notebook of a tutorial holds the code of its script."""
+    kept = KEPT / f"{name}.ipynb"
+    if not kept.is_file():
+        return False
+    cells = json.loads(kept.read_text(encoding="utf-8"))["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    return code == code_cells((SCRIPTS / f"{name}.py").read_text(encoding="utf-8"))
+
+
+def keep(name: str) -> None:
+    """Run a tutorial at its full budget and keep it with its outputs."""
     import jupytext
+    import nbformat
+    from nbclient import NotebookClient
+
+    notebook = jupytext.read(SCRIPTS / f"{name}.py", fmt="py:percent")
+    resources = {"metadata": {"path": str(ROOT)}}
+    NotebookClient(
+        notebook, timeout=None, record_timing=False, resources=resources, kernel_name="python3"
+    ).execute()
+    for k, cell in enumerate(notebook.cells):
+        cell.id = f"{name}-{k}"
+        if cell.cell_type == "code":
+            cell.outputs = _merged(cell.outputs)
+    notebook.metadata = {
+        "kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"},
+        "language_info": {"name": "python", "file_extension": ".py"},
+        RUN: {
+            "date": f"{datetime.now(UTC):%Y-%m-%d}",
+            "version": version("swarm-forage"),
+        },
+    }
+    nbformat.write(notebook, KEPT / f"{name}.ipynb")
+
+
+def _merged(outputs: Sequence[Any]) -> list[Any]:
+    """The outputs of a cell without what it wrote to stderr, pieces of a stream in one."""
+    kept: list[Any] = []
+    for each in outputs:
+        if each.get("name") == "stderr" or not each.get("text", "-").strip():
+            continue
+        if kept and each.get("name") == "stdout" == kept[-1].get("name"):
+            kept[-1].text += each.text
+        else:
+            kept.append(each)
+    return kept
+
+
+def page(name: str) -> tuple[str, dict[str, bytes]]:
+    """The page of a kept notebook, and its pictures by their names."""
+    from nbconvert import MarkdownExporter
+
+    notebook = _read(name)
+    title, *rest = notebook.cells
+    notebook.cells = rest
+    pictures = f"{name}_pictures"
+    resources = {"unique_key": "picture", "output_files_dir": pictures}
+    exporter = MarkdownExporter(raw_template=TEMPLATE)
+    body, made = exporter.from_notebook_node(notebook, resources)
+    made_by = "outputs of version {version}, {date}".format(**notebook.metadata[RUN])
+    head = (
+        f"[Script](../source/examples/tutorials/{name}.py.md) · "
+        f"[notebook with outputs]({name}.ipynb) · {made_by}"
+    )
+    text = "\n\n".join([title.source, head, body])
+    return text, {Path(uri).name: data for uri, data in made["outputs"].items()}
+
+
+def handed_out(name: str) -> str:
+    """The notebook with its outputs, which installs the wheel where it is run."""
+    import nbformat
     from nbformat.v4 import new_code_cell
 
-    found = jupytext.read(script, fmt="py:percent")
-    found.cells.insert(1, new_code_cell(INSTALL))
-    return str(jupytext.writes(found, fmt="ipynb"))
+    notebook = _read(name)
+    notebook.cells.insert(1, new_code_cell(INSTALL, id=f"{name}-install"))
+    return str(nbformat.writes(notebook))
+
+
+def _read(name: str) -> Any:
+    """The script as a notebook, with the outputs that are kept of its code."""
+    import jupytext
+    import nbformat
+
+    if not is_current(name):
+        raise SystemExit(f"tutorial {name}: what is kept of it is of other code: make tutorials")
+    kept = nbformat.read(KEPT / f"{name}.ipynb", as_version=4)
+    notebook = jupytext.read(SCRIPTS / f"{name}.py", fmt="py:percent")
+    notebook.metadata = kept.metadata
+    outputs = iter([cell.outputs for cell in kept.cells if cell.cell_type == "code"])
+    for k, cell in enumerate(notebook.cells):
+        cell.id = f"{name}-{k}"
+        if cell.cell_type == "code":
+            cell.outputs = next(outputs)
+    return notebook
+
+
+if __name__ == "__main__":
+    os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    for chosen in sys.argv[1:] or sorted(path.stem for path in SCRIPTS.glob("*.py")):
+        if chosen in sys.argv or not is_current(chosen):
+            print(f"running {chosen}", flush=True)
+            keep(chosen)

@@ -114,6 +114,14 @@ class ArrayEnv:
         With `stagger` the first episodes end one after the other, evenly spread over an
         episode's time, so that a batch shows all phases of an episode at once. ConfigError for
         what does not run on the device.
+
+        Args:
+            scenario: A name, a TOML file or a `Scenario`.
+            n_worlds: Worlds in the block.
+            controller: Controller of the layers that are not learned, as in `parallel_env`.
+            stagger: The first episodes end at different times.
+            device: `cpu` or `cuda`.
+            **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
         self.device = checked_device(device)
         self._made_by = scenario, n_worlds, controller, stagger, device, options

@@ -27,38 +27,57 @@ MAX_FRAMES = 1000
 class PolicyKeywords(Parameters):
     """What a policy replaces, what it observes, and how its actions are read."""
 
-    learn: str = Field("motion", description="Layer that the policy takes the place of")
+    learn: str = Field(
+        "motion",
+        description="Layers that the policy replaces: `weighting`, `motion`, `both` or"
+        " `everything`",
+    )
     residual: Share = Field(
         0.0,
-        description="Share of the policy's wheels that is added to those of the hand-written"
-        " motion; true: 1; 0: it replaces the motion",
+        description="Share of the policy's wheel speeds, times two, that is added to those of the"
+        " hand-written motion; true: 1; 0: the policy replaces the motion. For `motion` and `both`",
     )
     action: str | None = Field(
-        None, description="Form in which the policy steers: drive, course, or wheels; none: drive"
+        None,
+        description="Form of steering: `drive`, `course` or `wheels` (waypoints: `pull`); None:"
+        " `drive`",
     )
     reflexes: bool | None = Field(
         None,
-        description="The hand-written motion avoids and stands while talking, and the policy"
-        " drives otherwise; none: wherever a policy drives",
+        description="The hand-written motion stops the robot while it talks and avoids obstacles,"
+        " in every tick; the policy drives otherwise. False: the policy alone drives. None: true"
+        " for `drive` and `course`",
     )
     walk: bool = Field(
-        True, description="Without a goal, the course of the robot's random walk is shown"
+        True, description="A robot without a goal observes the direction of its random walk"
     )
     sharpest_turn: Annotated[Positive, Field(le=1.0)] = Field(
-        0.3, description="Sharpest turn of `drive`, as a share of the largest possible"
+        0.3,
+        description="Sharpest turn of `drive`, as a share of the largest difference between the"
+        " wheels",
     )
     discrete: bool | tuple[Count, Count] = Field(
-        False, description="Actions are choices: a few, or n speeds times m turns"
+        False,
+        description="Discrete actions: true for a few, `(n, m)` for n speeds times m turns; at most"
+        f" {MAX_CHOICES:,}",
     )
     observation: object = Field(
-        "layer", description="What is observed: names, or classes of the user's, one or several"
+        "layer", description="What is observed: a name, a class of your own, or a list of them"
     )
     normalise: bool = Field(
-        True, description="Observations and weights lie in [-1, 1]; false: SI units"
+        True,
+        description="Observations, state and weights lie in [-1, 1]; false: SI units, and weights"
+        " in [0, 1]",
     )
-    stack: Count = Field(1, description="Observations of so many decisions together")
+    stack: Count = Field(
+        1,
+        description="Decisions whose observations are stacked, newest last; at most"
+        f" {MAX_FRAMES:,}",
+    )
     decision_period: Count | None = Field(
-        None, description="Ticks for which an action is held; none: as suits the layer"
+        None,
+        description="Time for which an action is held, its rewards added up [ticks]; None: 10 for"
+        " `motion`, 5 for `everything`, else 1",
     )
 
     @field_validator("residual", mode="before")
@@ -71,24 +90,41 @@ class EnvConfig(PolicyKeywords):
     """What is learned, from what, for what reward, and how the world runs."""
 
     learners: object = Field(
-        None, description="Robots that learn: how many, or which by name or number; none: all"
+        None,
+        description="Robots that learn: how many, or a list of names or indices; None: all. The"
+        " others keep the layers of `controller`",
     )
-    reward: object = Field("own", description="Who is credited with a round trip, or a callable")
-    shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
-    discount: Share = Field(0.99, description="The learner's discount, for the shaping")
+    reward: object = Field("own", description="Reward: `own`, `team`, or a callable")
+    shaping: NotNegative = Field(
+        0.0, description="Weight of the potential-based shaping; 0: no shaping"
+    )
+    discount: Share = Field(
+        0.99, description="The learner's discount of a step, which the shaping needs"
+    )
     step_on: Literal["tick", "exchange"] = Field(
-        "tick", description="A step is a decision period, or ends with an exchange of a learner"
+        "tick",
+        description="What ends a step: `tick`, a decision period; `exchange`, for `weighting`, an"
+        " exchange of a learner",
     )
     randomise: Mapping[str, object] = Field(
         default_factory=dict,
-        description="Numbers of the scenario drawn anew for each episode, from low to high",
+        description="Ranges of scenario parameters, drawn for each episode:"
+        ' `{"task.area_distance": (0.8, 1.5)}`',
     )
     physics: str | None = Field(
-        None, description="Engine that moves the robots; none: the one its scenario goes with"
+        None,
+        description="Engine that moves the robots: `rigid` or `kinematic`; None: that of the"
+        " scenario",
     )
-    threads: Count = Field(1, description="Threads that the worlds are spread over")
+    threads: Count = Field(
+        1,
+        description="Threads that run the worlds of a block; the result does not depend on them."
+        " They pay under `kinematic` with hundreds of worlds",
+    )
     max_cycles: Annotated[int, Field(ge=1, le=MAX_TICKS)] | None = Field(
-        None, description="Decisions in an episode; none: as many as fit into the scenario's time"
+        None,
+        description='Length of an episode [steps; with `step_on="exchange"` ticks]; None: the'
+        " scenario's duration",
     )
 
     @field_validator("discrete")

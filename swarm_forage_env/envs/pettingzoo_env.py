@@ -37,28 +37,33 @@ METADATA: dict[str, object] = {
 
 
 class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
-    """Foraging e-pucks, or robots that visit waypoints, of which a policy is one layer, or all.
+    """The PettingZoo environment: foraging e-pucks, or robots that visit waypoints.
 
-    `learn` cuts the control loop: "weighting", "motion", "both" or "everything". The rest is
-    done by `controller`, a name with parameters if wanted (`ssgiff:beta=0.01`) or a controller; by
-    default `ssgikf`, and `boids-adaptive` for waypoints. `learners` says which robots learn.
-    `scenario` is a name, a TOML file or a Scenario; further keywords change single numbers of
-    it, by dotted name: `parallel_env("es1", **{"radio.max_range": 0.2})`, or, as type checkers
-    want it, `parallel_env(find_scenario("es1", {"radio.max_range": 0.2}))`.
+    A policy replaces the layers of `learn`, and `controller` runs the others. All robots act in
+    each step, nobody terminates, and after `max_cycles` steps all are truncated together.
+    `observation_layout`, `action_layout` and `state_layout` describe each feature: print them.
 
-    Observations lie in [-1, 1], divided by typical sizes, unless `normalise=False` asks for SI
-    units. With `action="drive"` a policy gives a speed ahead and a turn, with "wheels" the speeds
-    of both; `discrete` makes it a choice among a few of them.
+    Parameters of the scenario are keywords, too, by dotted name:
+    `parallel_env("es1", **{"radio.max_range": 0.2})`, or, as type checkers want it,
+    `parallel_env(find_scenario("es1", {"radio.max_range": 0.2}))`.
 
-    With `residual` the policy corrects the hand-written motion instead of replacing it: its
-    wheels, times two, are added to that motion's, at each tick of a decision period; a robot
-    that is talking is left alone. Zeros are the hand-written motion.
+    With `residual` the policy corrects the hand-written motion instead of replacing it: its wheel
+    speeds, times two, are added to that motion's at each tick of a decision period, except while
+    the robot talks. Zeros are the hand-written motion.
 
-    `reward` is "own", "team" or a callable; `shaping` weighs a potential with the learner's
-    `discount`. An action is held for `decision_period` ticks and the rewards of these ticks are
-    added up. Nobody dies; after `max_cycles` steps (by default the scenario's time) all are
-    truncated together. `observation_layout`, `action_layout` and `state_layout` say what each
-    number is: print them. All keywords: the fields of `swarm_forage_env.envs.config.EnvConfig`.
+    >>> env = parallel_env("es1", learn="motion", max_cycles=5)
+    >>> observations, infos = env.reset(seed=0)
+    >>> observations["epuck_0"].shape
+    (45,)
+
+    Args:
+        scenario: A name, a TOML file or a `Scenario`.
+        learn: Layers that the policy replaces: `weighting`, `motion`, `both` or `everything`.
+        controller: Controller of the other layers: a name, with parameters if wanted, layers as
+            `social_odometry+sgiff+subsumption`, or a controller; one for each robot in a list or
+            mapping. None: the task's default, `ssgikf`.
+        render_mode: `human`, `rgb_array` or `ansi`; None: nothing is drawn.
+        **options: The fields of `EnvConfig`, and parameters of the scenario.
     """
 
     metadata: dict[str, object] = METADATA

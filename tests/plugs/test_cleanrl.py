@@ -101,7 +101,7 @@ def test_the_kept_policy_is_compared_with_others(ppo, monkeypatch, options, caps
     assert set(ppo.compare(options(), agent).values()) == {3.0}
     told = capsys.readouterr().out
     assert "ssgikf, hand-written:    3.0 round trips" in told
-    assert "the same by chance:    3.0 round trips" in told
+    assert "the same, stochastic:    3.0 round trips" in told
 
 
 def test_the_command_line_names_every_option(ppo, monkeypatch):

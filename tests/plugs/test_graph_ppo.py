@@ -23,7 +23,7 @@ def ppo(example, one_thread, monkeypatch):
 def test_it_learns_what_to_say_and_is_compared_with_others(ppo, capsys):
     options = ppo.Options(robot_steps=1, worlds=2, episodes=1)
     policy = ppo.train(options, **SHORT)
-    assert ppo.compare(options, policy, **SHORT).keys() > {"random", "the same by chance"}
+    assert ppo.compare(options, policy, **SHORT).keys() > {"random", "the same, stochastic"}
     told = capsys.readouterr().out
     assert "3,200 robot-steps: reward" in told
     assert "the trained policy:" in told

@@ -16,7 +16,7 @@ def test_the_example_trains_and_its_model_is_a_controller(example, one_thread, t
         "random",
         "ssgikf, hand-written",
         "the trained policy",
-        "the same by chance",
+        "the same, stochastic",
     }
     assert found["ssgikf, hand-written"] > 100.0
     told = capsys.readouterr().out

@@ -73,7 +73,7 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
     lines += [_learned(row) for row in rows_of(rung, runs)]
     heads = (
-        score_word(rung), "score", "normalised", "worst seed", "by chance", "n", "robot-steps",
+        score_word(rung), "score", "normalised", "worst seed", "stochastic", "n", "robot-steps",
         "time of a training",
     )  # fmt: skip
     parts.append(markdown(heads, lines))
@@ -103,13 +103,13 @@ def _learned(row: Row) -> tuple[str, ...]:
 
 def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     if not runs:
-        return "Nothing was run yet."
+        return "There are no runs yet."
     heads = ("algorithm", "normalised score, interquartile mean", "rungs", "runs")
     lines = [
         (title_of(name), _with_interval(estimate.value, estimate.interval), str(n), str(estimate.n))
         for name, (estimate, n) in over_all(rungs, runs).items()
     ]
-    words = "Algorithms that were run on other rungs are not to be compared here."
+    words = "Algorithms that ran on different rungs are not comparable in this table."
     parts = [markdown(heads, lines), words, f"![Profiles](images/ladder/{PROFILE}.png)"]
     base = next(iter(over_all(rungs, runs)))
     better = improvements(rungs, runs, base)
@@ -124,8 +124,8 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
 
 
 def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:
-    """Heads, and of each algorithm every seed's score, the median, the least, and how many beat
-    the hand-written `ssgikf`."""
+    """The head of the table, and a line for each algorithm: the score of every seed, the median,
+    the least, and how many seeds are above the hand-written `ssgikf`."""
     bar = rung.card.scores[BAR].mean
     lines = []
     for algorithm, own in by_algorithm(runs).items():
@@ -141,7 +141,7 @@ def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:
             format_duration(statistics.median(run.train_s for run in own)),
         ))  # fmt: skip
     heads = (
-        "algorithm", "score of each seed", "by chance", "median", "least",
+        "algorithm", "score of each seed", "stochastic", "median", "least",
         f"above {BAR}", "robot-steps", "time",
     )  # fmt: skip
     return [heads, *sorted(lines, key=lambda line: -float(line[3]))]
@@ -159,7 +159,7 @@ def defaults_table(rung: Rung, runs: Sequence[Run]) -> Table:
 def _defaults(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     own = [run for run in runs if run.rung == "es1" and run.algorithm in DEFAULTS]
     if not own:
-        return "Nothing was run yet."
+        return "There are no runs yet."
     heads, *lines = defaults_lines(next(rung for rung in rungs if rung.name == "es1"), own)
     return markdown(heads, lines)
 

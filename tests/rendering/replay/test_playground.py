@@ -218,7 +218,7 @@ def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, network, tm
 
 def test_a_network_that_acts_by_chance_runs_in_no_page(network, tmp_path):
     options = EvaluateOptions("es1", [f"{network},chance=true"], 1, 0, [], "kinematic")
-    with pytest.raises(ConfigError, match="Python calls a policy that acts by chance"):
+    with pytest.raises(ConfigError, match="Python calls a policy that is stochastic"):
         write_playground(options, tmp_path / "x.html")
 
 
