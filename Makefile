@@ -156,12 +156,14 @@ bench-cuda: .venv-cuda/.ready  ## all figures of a GPU: speed, PPO from scratch,
 	.venv-cuda/bin/swarm-forage train motion es1 --device cuda --physics kinematic \
 		--algorithm cma --worlds 600 --out runs/cma_on_gpu
 
-reproduce: $(READY)  ## the claims and figures of the three papers, faulty robots and other worlds (hours)
+reproduce: $(READY)  ## the claims and figures of the three papers, boids that forage, faulty robots and other worlds (hours)
 	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \
 		--page docs/papers/social_odometry.md
 	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
 	$(BIN)/swarm-forage reproduce adaptive-boids --workers $(WORKERS) \
 		--page docs/papers/adaptive_boids.md
+	$(BIN)/swarm-forage reproduce boids-foraging --physics kinematic --workers $(WORKERS) \
+		--page docs/papers/boids_foraging.md
 	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 6 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/robustness.md
 	$(BIN)/swarm-forage reproduce transfer --set task.duration=1800 \
