@@ -13,10 +13,7 @@ READY   := .venv/.ready
 LIGHT   := .venv/.light
 TESTS   := pytest pytest-timeout hypothesis beartype
 PLAYED := near es1-clean es1 real ants2008 es2 es3 mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests
-REPLAYS := $(patsubst %,tutorials: $(READY)  ## run the tutorials whose code is another than that of their kept outputs: docs/tutorials (minutes)
-	$(BIN)/python docs/hooks/tutorial_pages.py
-
-build/replays/waypoints-%.html,05 10 25 50)
+REPLAYS := $(patsubst %,build/replays/waypoints-%.html,05 10 25 50)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
@@ -176,6 +173,9 @@ pictures: $(READY)  ## the stills and the clip of README and docs
 		--size 480 --video docs/images/es1.gif
 	$(BIN)/swarm-forage watch waypoints-05 boids-adaptive --seconds 60 --select 2 \
 		--size 720 --frame docs/images/waypoints.png
+
+tutorials: $(READY)  ## run the tutorials whose code is another than that of their kept outputs: docs/tutorials (minutes)
+	$(BIN)/python docs/hooks/tutorial_pages.py
 
 build/replays/waypoints-%.html: .venv-docs/.ready
 	@mkdir -p $(@D)
