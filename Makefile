@@ -2,6 +2,9 @@
 PYTHON  ?= python3
 WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,render,train,onnx,dev
+RLLIB   := rllib,ray,train
+TORCHRL := torchrl,train,render
+CUDA    := cuda,torchrl,train
 SHORT   := not slow and not reproduces and not wheel and not faults and not site
 FAULTS  ?= 100
 MUTANTS ?= equations weighting estimators statistics claims training learned_layers
@@ -10,10 +13,7 @@ READY   := .venv/.ready
 LIGHT   := .venv/.light
 TESTS   := pytest pytest-timeout hypothesis beartype
 PLAYED := near es1-clean es1 real ants2008 es2 es3 mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests
-REPLAYS := $(patsubst %,tutorials: $(READY)  ## run the tutorials whose code is another than that of their kept outputs: docs/tutorials (minutes)
-	$(BIN)/python docs/hooks/tutorial_pages.py
-
-build/replays/waypoints-%.html,05 10 25 50)
+REPLAYS := $(patsubst %,build/replays/waypoints-%.html,05 10 25 50)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
@@ -23,45 +23,46 @@ build/replays/waypoints-%.html,05 10 25 50)
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
 
+# A virtual environment with this package in it, by uv where it is installed: folder, constraints,
+# what to install.
+define make_venv
+	@if command -v uv >/dev/null; then \
+		uv venv --quiet --seed --allow-existing --python $(PYTHON) $(1) && \
+		uv pip install --python $(1)/bin/python --constraint $(2) --editable $(3); \
+	else \
+		$(PYTHON) -m venv $(1) && \
+		$(1)/bin/python -m pip install -qq --constraint $(2) --editable $(3); \
+	fi
+endef
+
 $(READY): pyproject.toml constraints.txt
 	@echo 'installing all that is tested, torch too, into .venv: some 2 GB, a few minutes'
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[$(EXTRAS)]'
+	$(call make_venv,.venv,constraints.txt,'.[$(EXTRAS)]')
 	@touch $(LIGHT) $@
 
 $(LIGHT): pyproject.toml constraints.txt
 	@echo 'installing what evaluates and draws into .venv, without torch: 700 MB, half a minute'
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[evaluate]'
+	$(call make_venv,.venv,constraints.txt,'.[evaluate]')
 	@touch $@
 
 .venv-rllib/.ready: pyproject.toml constraints-rllib.txt
-	$(PYTHON) -m venv .venv-rllib
-	.venv-rllib/bin/python -m pip install -qq --constraint constraints-rllib.txt \
-		--editable '.[rllib,ray,train]' $(TESTS)
+	$(call make_venv,.venv-rllib,constraints-rllib.txt,'.[$(RLLIB)]' $(TESTS))
 	@touch $@
 
 .venv-torchrl/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-torchrl
-	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[torchrl,train,render]' $(TESTS)
+	$(call make_venv,.venv-torchrl,constraints.txt,'.[$(TORCHRL)]' $(TESTS))
 	@touch $@
 
 .venv-cuda/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-cuda
-	.venv-cuda/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[cuda,torchrl,train]' $(TESTS)
+	$(call make_venv,.venv-cuda,constraints.txt,'.[$(CUDA)]' $(TESTS))
 	@touch $@
 
 .venv-docs/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-docs
-	.venv-docs/bin/python -m pip install -qq --constraint constraints.txt --editable '.[docs]'
+	$(call make_venv,.venv-docs,constraints.txt,'.[docs]')
 	@touch $@
 
 .venv-mutants/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv .venv-mutants
-	.venv-mutants/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[mutants]'
+	$(call make_venv,.venv-mutants,constraints.txt,'.[mutants]')
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
@@ -152,12 +153,14 @@ bench-cuda: .venv-cuda/.ready  ## all figures of a GPU: speed, PPO from scratch,
 	.venv-cuda/bin/swarm-forage train motion es1 --device cuda --physics kinematic \
 		--algorithm cma --worlds 600 --out runs/cma_on_gpu
 
-reproduce: $(READY)  ## the claims and figures of the three papers, faulty robots and other worlds (hours)
+reproduce: $(READY)  ## the claims and figures of the three papers, boids that forage, faulty robots and other worlds (hours)
 	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \
 		--page docs/papers/social_odometry.md
 	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
 	$(BIN)/swarm-forage reproduce adaptive-boids --workers $(WORKERS) \
 		--page docs/papers/adaptive_boids.md
+	$(BIN)/swarm-forage reproduce boids-foraging --physics kinematic --workers $(WORKERS) \
+		--page docs/papers/boids_foraging.md
 	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 6 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/robustness.md
 	$(BIN)/swarm-forage reproduce transfer --set task.duration=1800 \
@@ -170,6 +173,9 @@ pictures: $(READY)  ## the stills and the clip of README and docs
 		--size 480 --video docs/images/es1.gif
 	$(BIN)/swarm-forage watch waypoints-05 boids-adaptive --seconds 60 --select 2 \
 		--size 720 --frame docs/images/waypoints.png
+
+tutorials: $(READY)  ## run the tutorials whose code is another than that of their kept outputs: docs/tutorials (minutes)
+	$(BIN)/python docs/hooks/tutorial_pages.py
 
 build/replays/waypoints-%.html: .venv-docs/.ready
 	@mkdir -p $(@D)

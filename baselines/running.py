@@ -67,16 +67,18 @@ class CompositionGroup:
         """The motion's memory of each robot."""
         return self.minds["motion"]
 
-    def reset(self, world: int, seed: int) -> None:
-        """Reset the motion of one world to this seed."""
-        n_robots = len(self.members)
-        memory = np.zeros(n_robots, self.minds["motion"].dtype)
+    def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Reset the motion of the worlds first .. last - 1 to these seeds."""
+        shape = last - first, len(self.members)
+        memory = np.zeros(shape, self.minds["motion"].dtype)
         self.motion.memory.restart(memory)
         if "stream" in self.motion.memory.fields:
-            memory["stream"][:, 0] = streams([seed], n_robots, self.motion.noise)
-        self.minds["motion"][world, self.members] = memory[self.members]
+            words = streams(seeds, len(self.members), self.motion.noise)
+            memory["stream"][:, :, 0] = words.reshape(shape)
+        self.minds["motion"][first:last, self.members] = memory[:, self.members]
         if self.steer is not None:
-            self.steer.reset(world, seed)
+            for world, seed in zip(range(first, last), seeds, strict=True):
+                self.steer.reset(world, seed)
 
     def act(self, action: Array, layer: str, name: str, values: Float32[Array, "rows n"]) -> None:
         """Write the values of a rule for the group, where no learner acts."""
@@ -161,12 +163,12 @@ class RunningLayers:
                 if exchange.is_valid.any():
                     group.act(action, "weighting", "weight", group.weigh(exchange))
 
-    def reset(self, world: int, seed: int) -> None:
-        """Reset one world to this seed."""
-        self.estimator.mind.restart(self._estimators[world])
-        self.shared[world] = 0.0
+    def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Reset the worlds first .. last - 1 to these seeds."""
+        self.estimator.mind.restart(self._estimators[first:last])
+        self.shared[first:last] = 0.0
         for group in self._groups:
-            group.reset(world, seed)
+            group.reset(first, last, seeds)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> list[Array]:
         """The numbers of one world's robots in another scenario, for the team and each group.

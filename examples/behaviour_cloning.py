@@ -13,40 +13,27 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from torch import nn
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
+from training.cloning import Cloner, CloningOptions
 from training.network_policy import save_network
+from training.policy_file import Weights
 from training.transitions import card_in, read
 
 HELD_OUT = range(1000, 1030)
 
 
-def clone(folder: Path, policy: str, steps: int, seed: int) -> dict[str, np.ndarray]:
-    """The weights of a network that maps what was observed to what was done."""
+def clone(folder: Path, policy: str, steps: int, seed: int) -> Weights:
+    """The weights of a network that acts as was done after such observations."""
     torch.manual_seed(seed)
-    played = read(folder, policy)
-    observed, acted = (torch.from_numpy(played[name]) for name in ("observation", "action"))
-    layers = [nn.Linear(observed.shape[1], 64), nn.Linear(64, 64), nn.Linear(64, acted.shape[1])]
-    network = nn.Sequential(layers[0], nn.Tanh(), layers[1], nn.Tanh(), layers[2])
-    optimiser = torch.optim.Adam(network.parameters(), lr=1e-3)
+    cloner = Cloner(read(folder, policy), CloningOptions())
     for step in range(1, steps + 1):
-        rows = torch.randint(len(acted), (1024,))
-        loss = ((network(observed[rows]) - acted[rows]) ** 2).mean()
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
+        log_likelihood = cloner.step()
         if step % max(1, steps // 5) == 0:
-            print(f"step {step:,}: mean squared error of the wheels {loss.item():.4f}")
-    with torch.no_grad():
-        deviation = (network(observed[:100_000]) - acted[:100_000]).std(0).log().numpy()
-    arrays = {"log_std": deviation}
-    for k, layer in enumerate(layers):
-        arrays[f"{k}.weight"] = layer.weight.detach().numpy()
-        arrays[f"{k}.bias"] = layer.bias.detach().numpy()
-    return arrays
+            print(f"step {step:,}: mean log-likelihood of the wheels {log_likelihood:.2f}")
+    return cloner.policy.to_numpy()
 
 
 def main(arguments: Sequence[str] | None = None) -> dict[str, float]:

@@ -25,7 +25,7 @@ from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
 from training.policy_controller import policy_controller
-from training.rllib_env import SwarmEnvRunner, SwarmMultiAgentEnv
+from training.rllib_env import SwarmEnvRunner, SwarmMultiAgentEnv, save_policies
 
 PERIOD = 10
 """Ticks (0.1 s) for which an action is held."""
@@ -139,6 +139,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     algorithm = configure(chosen.seed, worlds=8, decisions=128).build_algo()
     train(algorithm, chosen.robot_steps)
     algorithm.save_to_path(chosen.out.resolve())
+    (file,) = save_policies(algorithm, chosen.out)
+    print(f"kept: {file}; swarm-forage evaluate es1 torchscript:{file} runs it")
     compare(algorithm.get_module("robot"), chosen.episodes)
     algorithm.stop()
     ray.shutdown()

@@ -1,4 +1,4 @@
-"""Worlds and a network on one GPU: no number crosses to the CPU between two resets.
+"""Worlds and a network on one GPU: no number crosses to the CPU.
 
     pip install 'swarm-forage[cuda]' torch
     python examples/torch_on_gpu.py --worlds 4096 --steps 1000
@@ -27,15 +27,16 @@ def main() -> None:
         torch.nn.Linear(n_seen, 64), torch.nn.Tanh(), torch.nn.Linear(64, n_given), torch.nn.Tanh()
     ).to("cuda")
     seen, _ = env.reset(seed=0)
+    room = None  # the arrays of a step, which the next one overwrites
     total = torch.zeros((), device="cuda", dtype=torch.float64)
     start = time.perf_counter()
     for _ in range(wanted.steps):
         with torch.no_grad():
             actions = policy(torch.as_tensor(seen, device="cuda"))
-        seen, rewards, _, _, _ = env.step(actions)
-        total += torch.as_tensor(rewards, device="cuda").mean()
-        if env.is_over.any():
-            seen, _ = env.reset(worlds=env.is_over)
+        step = env.step_and_reset(actions, room)
+        seen, room = step.observations, step.room
+        total += torch.as_tensor(step.rewards, device="cuda").mean()
+    env.check()  # that every action was within its bounds
     mean = float(total)  # waits for the GPU
     seconds = time.perf_counter() - start
     n_robot_steps = wanted.worlds * len(env.learners) * wanted.steps * env.config.period

@@ -3,7 +3,7 @@
 Three decorators. `kernel` compiles a function that other kernels call, `inlined` one that becomes
 part of them, and `entry_point` one that Python calls, whose machine code is kept on disk. `bind`
 makes an entry point from a template whose free names are the functions of chosen parts, and
-`bind_grid` makes the same functions run on a GPU.
+`bind_grid` a kernel of a GPU, both of which are kept too.
 
 Numba keys its cache on one file, so that a caller would keep the old body of a callee edited in
 another. Here the key is what the machine code depends on: the bytecode and the constants of a
@@ -20,7 +20,7 @@ from itertools import count
 from pathlib import Path
 from threading import Lock
 from types import ModuleType
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 import llvmlite
 import numba
@@ -151,8 +151,8 @@ class GridKernel(Protocol):
 def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKernel:
     """Compile a template for a GPU, whose threads are the lanes of its worlds.
 
-    The same template and functions share their machine code within a process. ConfigError where
-    numba-cuda is missing.
+    The same template and functions, in another process too, share their machine code on disk.
+    ConfigError where numba-cuda is missing.
     """
     return _bound_grid(template, parts_of(template, {**_lanes_on_gpu(), **functions}))
 
@@ -162,6 +162,7 @@ def _bound_grid(template: Function, parts: Bindings) -> GridKernel:
     function = with_parts(template, parts, _bound_row)
     compiled = gpu().jit(_on_records(function) if config.ENABLE_CUDASIM else function)
     if not config.ENABLE_CUDASIM:
+        compiled._cache = _LateCache(function, _cache_of_gpu())
         compiled.compile = rounding_each()(compiled.compile)
         compiled.configure = _without_size_warning(compiled.configure)
     kernel: GridKernel = compiled
@@ -231,7 +232,8 @@ def _compiled(function: FunctionT) -> FunctionT:
     if config.DISABLE_JIT:
         return _on_records(function)
     compiled = lean(function, OPTIONS)
-    cast(Dispatcher, compiled)._cache = _LateCache(function)  # type: ignore[attr-defined]
+    late = _LateCache(function, _KernelCache)
+    cast(Dispatcher, compiled)._cache = late  # type: ignore[attr-defined]
     return compiled
 
 
@@ -290,40 +292,64 @@ class _CacheOfKernels(caching.CompileResultCacheImpl):  # type: ignore[misc]
     _locator_classes = [_Locator]  # noqa: RUF012 numba's attribute
 
 
-class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
-    """Numba's cache; where no file can be read or written, kernels are compiled in memory."""
+class _Checked:
+    """What a cache of numba's has here: checked files; without them code is compiled in memory."""
 
-    _impl_class = _CacheOfKernels
+    _cache_file: CheckedFiles
 
     def __init__(self, function: Function) -> None:
-        super().__init__(function)
-        stamp = self._impl.locator.get_source_stamp()
-        self._cache_file = CheckedFiles(self._cache_path, self._impl.filename_base, stamp)
+        usual: Any = super()
+        usual.__init__(function)
+        own: Any = self
+        stamp = own._impl.locator.get_source_stamp()
+        self._cache_file = CheckedFiles(own._cache_path, own._impl.filename_base, stamp)
         if not is_trusted(cache_folder()):
-            self.disable()
+            own.disable()
 
     def load_overload(self, *signature: object) -> object:
+        usual: Any = super()
         with suppress(OSError):
-            return super().load_overload(*signature)
+            return usual.load_overload(*signature)
         return None
 
     def save_overload(self, *code: object) -> None:
+        usual: Any = super()
         try:
-            super().save_overload(*code)
+            usual.save_overload(*code)
         except OSError as error:
             tell_once(f"{cache_folder()} cannot be written ({error.strerror})")
+
+
+class _KernelCache(_Checked, caching.FunctionCache):  # type: ignore[misc]
+    """Numba's cache of a kernel of a CPU."""
+
+    _impl_class = _CacheOfKernels
+
+
+@cache
+def _cache_of_gpu() -> type[_Checked]:
+    """Numba-cuda's cache of a kernel, whose key holds its version, CUDA's, and the kind of GPU."""
+    from numba.cuda.dispatcher import CUDACache, CUDACacheImpl
+
+    class CacheOfKernels(CUDACacheImpl):  # type: ignore[misc]
+        _locator_classes = [_Locator]  # noqa: RUF012 numba's attribute
+
+    class KernelCache(_Checked, CUDACache):  # type: ignore[misc]
+        _impl_class = CacheOfKernels
+
+    return KernelCache
 
 
 class _LateCache:
     """Numba's cache of a kernel, made at the first call, when all that it calls is defined."""
 
-    def __init__(self, function: Function) -> None:
-        self._function = function
-        self._made: _KernelCache | None = None
+    def __init__(self, function: Function, kind: type[_Checked]) -> None:
+        self._function, self._kind = function, kind
+        self._made: _Checked | None = None
 
     def __getattr__(self, name: str) -> object:
         if self._made is None:
-            self._made = _KernelCache(self._function)
+            self._made = self._kind(self._function)
             if not Path(self._made._cache_file._index_path).exists():
                 announce()
                 for tell in _listeners:

@@ -8,7 +8,7 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, is_privileged
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, left_out
+from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS, left_out
 from swarm_forage_env.task import task_of
 
 OneController = str | Controller
@@ -100,6 +100,8 @@ def _by_number(
 def _named(name: str, references: bool) -> Controller:
     registry = next((each for each in (CONTROLLERS, POLICIES, REFERENCES) if name in each), None)
     if registry is None:
+        if name in SCENARIOS:
+            raise ConfigError(f"no controller named {name!r}: it is a scenario; one is run")
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
         raise UnknownNameError("controller", name, known, left_out())
     found: Controller = registry[name]

@@ -38,10 +38,12 @@ class DeviceLoop:
         """Bring the worlds of a loop to the GPU, as they stand."""
         self.layers, self.task = _layers_of(loop)
         self.loop, self.memory = loop, DeviceMemory()
-        self._functions = {
-            **loop.world.functions, **self.layers.functions, **self.task.functions
+        self.functions: Mapping[str, Kernel] = {
+            **loop.world.functions, **self.layers.functions, **self.task.functions,
+            "place_world": self.task.place,
         }  # fmt: skip
-        self._run = bind_grid(run_ticks, self._functions)
+        """What the templates of ticks and of worlds that begin have free names for."""
+        self._run = bind_grid(run_ticks, self.functions)
         shape = loop.world.robots.shape
         self.grid = grid_of(*shape)
         """Blocks, and threads of a block: robots by worlds."""
@@ -87,16 +89,23 @@ class DeviceLoop:
     @cached_property
     def stages(self) -> dict[str, Callable[[], None]]:
         """The stages of a tick of every world, each a kernel of its own, to be timed."""
-        kernels = {name: bind_grid(run_ticks, {**self._functions, **only(name)}) for name in HANDED}
+        kernels = {name: bind_grid(run_ticks, {**self.functions, **only(name)}) for name in HANDED}
         return {name: partial(self._launch, each, 1, self._modes) for name, each in kernels.items()}
 
     def _launch(self, kernel: GridKernel, n_ticks: int, modes: PlacedArray) -> None:
-        world, layers = self._of(WORLD), self._of(LAYERS)
-        n_worlds = self.world.n_worlds
-        kernel[self.launch](world, layers, modes, self.trouble, 0, n_worlds, n_ticks)
+        (world, layers, trouble), n_worlds = self.ticking, self.world.n_worlds
+        kernel[self.launch](world, layers, modes, trouble, 0, n_worlds, n_ticks)
 
-    def _of(self, names: Sequence[str]) -> tuple[Any, ...]:
-        return tuple(self.arrays[name] for name in names)
+    @property
+    def ticking(self) -> tuple[Any, ...]:
+        """What templates of ticks are handed: arrays of worlds and layers, and what went wrong."""
+        world, layers = (tuple(self.arrays[name] for name in names) for names in (WORLD, LAYERS))
+        return world, layers, self.trouble
+
+    @property
+    def starts(self) -> tuple[Any, ...]:
+        """What worlds start from: first records, the seed of each, and room for places."""
+        return *self._firsts, self._seeds, *self._places
 
     @property
     def traffic(self) -> dict[str, int]:
@@ -124,7 +133,7 @@ class DeviceLoop:
             self.upload(which, NUMBERS)
         own, is_new = np.zeros(len(self.world.scenarios), np.uint64), self._mask(which)
         own[which] = [checked_seed(seed) for seed in seeds]
-        self._restart(self.memory.to_device(own), self.memory.to_device(is_new))
+        self._restart(own, self.memory.to_device(is_new))
 
     def fields(self, layout: FieldLayout) -> tuple[Any, Any, Any, Any, int]:
         """Where the fields of a layout lie, for `read_fields` and `write_fields`."""
@@ -176,17 +185,17 @@ class DeviceLoop:
     def _prepare_resets(self) -> None:
         """Bring to the GPU what worlds start from."""
         memory, shape = self.memory, self.world.robots.shape
-        self._begin = bind_grid(begin_worlds, {**self._functions, "place_world": self.task.place})
+        self._begin = bind_grid(begin_worlds, self.functions)
         robot = np.zeros(1, self.world.robots.dtype)
         self.task.robot.restart(robot)
         self._firsts = tuple(map(memory.to_device, (robot, *self.layers.firsts)))
+        self._seeds = memory.to_device(np.zeros(shape[0], np.uint64))
         self._places = memory.empty(shape, np.uint64), memory.empty((*shape, 3), np.float64)
 
-    def _restart(self, seeds: PlacedArray, modes: PlacedArray) -> None:
-        starts = *self._firsts, seeds, *self._places
-        world, layers = self._of(WORLD), self._of(LAYERS)
-        noise = self.layers.noise
-        self._begin[self.launch](world, layers, starts, noise, modes, self.trouble)
+    def _restart(self, seeds: Array, modes: PlacedArray) -> None:
+        self.memory.write(self._seeds, seeds)
+        world, layers, trouble = self.ticking
+        self._begin[self.launch](world, layers, self.starts, self.layers.noise, modes, trouble)
         self.run(1, modes)
 
     def _upload_all(self) -> None:

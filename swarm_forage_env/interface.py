@@ -204,8 +204,8 @@ class RunningController(Protocol):
         """Ask the rules written in NumPy, and write their actions."""
         ...
 
-    def reset(self, world: int, seed: int) -> None:
-        """Forget everything about one world."""
+    def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Forget everything about the worlds first .. last - 1, and draw from these seeds."""
         ...
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> object:

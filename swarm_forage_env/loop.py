@@ -219,10 +219,10 @@ class Loop(WorldsOnCpu):
 
     def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
         """Let the controller forget some worlds, then sense and observe in them."""
-        for world, seed in zip(which, seeds, strict=True):
-            self.controller.reset(world, seed)
+        seed_of = dict(zip(which, seeds, strict=True))
         stages = tuple(STAGES) if self.world.is_compiled else AFTER_ENGINE
         for first, last in consecutive(which):
+            self.controller.reset(first, last, [seed_of[w] for w in range(first, last)])
             self._call(stages, 1, self.world.beginning, first, last)
         self.check()
 

@@ -242,12 +242,13 @@ class RunningTeams:
         for each in self._running:
             each.consult()
 
-    def reset(self, world: int, seed: int) -> None:
-        """Forget everything about one world."""
+    def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Forget everything about the worlds first .. last - 1."""
         for each in self._running:
-            each.reset(world, seed)
+            each.reset(first, last, seeds)
         minds, _, spans = self._shown[0]
-        copy_of_robots(self._bytes, minds, np.arange(minds.shape[1]), spans, world)
+        for world in range(first, last):
+            copy_of_robots(self._bytes, minds, np.arange(minds.shape[1]), spans, world)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> list[Any]:
         """The numbers of each team in one world, in another scenario."""

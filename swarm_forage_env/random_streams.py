@@ -10,9 +10,9 @@ from hashlib import blake2b
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float64, UInt64
+from swarm_forage_env.arrays import Array, Float64, Int64, UInt64
 from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.equations import random_draws
+from swarm_forage_env.equations import pcg64, random_draws
 from swarm_forage_env.errors import ConfigError, shown
 
 
@@ -72,6 +72,38 @@ def checked_seed(seed: object) -> int:
         if 0 <= number < 2**64:
             return number
     raise ConfigError(f"seed={shown(seed)}: must be a whole number from 0 to 2^64 - 1")
+
+
+@entry_point
+def start_seed_streams(
+    seeds: UInt64[Array, " chosen"],
+    chosen: Int64[Array, " chosen"],
+    streams: UInt64[Array, "worlds 4"],
+) -> None:
+    """Start the streams from which chosen worlds draw the seeds of episodes."""
+    for k in range(chosen.shape[0]):
+        pcg64.start_stream(seeds[k], streams[chosen[k]])
+
+
+@entry_point
+def draw_seeds(
+    chosen: Int64[Array, " chosen"],
+    streams: UInt64[Array, "worlds 4"],
+    out: UInt64[Array, " chosen"],
+) -> None:
+    """Draw the seed of the next episode of chosen worlds, as `drawn_seed` does."""
+    for k in range(chosen.shape[0]):
+        out[k] = pcg64.draw_seed(streams[chosen[k]])
+
+
+def generator_of(seed: int, stream: UInt64[Array, "4"]) -> np.random.Generator:
+    """NumPy's generator of a seed, as far as a stream of seeds has come."""
+    bits = np.random.PCG64(seed)
+    s_high, s_low, c_high, c_low = map(int, stream)
+    at = bits.state
+    at["state"] = {"state": s_high << 64 | s_low, "inc": c_high << 64 | c_low}
+    bits.state = at
+    return np.random.Generator(bits)
 
 
 def drawn_seed(rng: np.random.Generator) -> int:

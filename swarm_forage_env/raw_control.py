@@ -161,9 +161,9 @@ class RunningPolicy:
     def renumber(self, world: int, numbers: None) -> None:
         """There are no numbers."""
 
-    def reset(self, world: int, seed: int) -> None:
-        """Forget what was said."""
-        self._policy.said.restart(self.minds[world])
+    def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Forget what was said in the worlds first .. last - 1."""
+        self._policy.said.restart(self.minds[first:last])
 
     def snapshot(self) -> Array:
         """What was said."""

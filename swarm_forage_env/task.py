@@ -233,7 +233,8 @@ def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
 
 
 def _n_robots(scenarios: Sequence[BaseScenario]) -> int:
-    numbers = sorted({scenario.task.n_robots for scenario in scenarios})
+    different = {id(each): each for each in scenarios}.values()
+    numbers = sorted({scenario.task.n_robots for scenario in different})
     if len(numbers) > 1:
         raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
     return int(numbers[0])
@@ -292,7 +293,7 @@ def check_fit(old: Sequence[BaseScenario], new: Sequence[BaseScenario]) -> None:
 def one_task(scenarios: Sequence[BaseScenario]) -> "Task":
     """The task that all scenarios belong to; ConfigError if they belong to several."""
     first = task_of(scenarios[0])
-    for scenario in scenarios:
+    for scenario in {id(each): each for each in scenarios}.values():
         if (task := task_of(scenario)) is not first:
             raise ConfigError(
                 f"scenarios '{scenarios[0].name}' of the task {first.name} and '{scenario.name}'"

@@ -12,6 +12,7 @@ from swarm_forage_env.arrays import Array, Int8, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.random_draws import first_word
 from swarm_forage_env.interface import Kernel
+from swarm_forage_env.templates import row_template
 
 lane: Kernel
 lanes: Kernel
@@ -45,6 +46,35 @@ def note(trouble: Int64[Array, " worlds_and_one"], w: int, kind: int, robot: int
     trouble[trouble.shape[0] - 1] = 1
 
 
+@row_template
+def run_world(  # noqa: PLR0913 what runs, how, which world, how long
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    mode: int,
+    trouble: Int64[Array, " worlds_and_one"],
+    w: int,
+    n_robots: int,
+    n_ticks: int,
+) -> None:
+    """Run some ticks of a world that RUNS or BEGINS; one that STANDS has no robots to run.
+
+    A world in which a decision cannot be carried out stands from then on. All lanes of a block come
+    to every barrier, also those of worlds without robots to run.
+    """
+    for _ in range(n_ticks):
+        n_moving = 0 if mode == BEGINS else n_robots
+        decide_world(world_arrays, layer_arrays, trouble, w, n_moving)
+        barrier()
+        if trouble[w] % N_TROUBLES == NOT_FINITE:
+            n_robots = n_moving = 0
+        move_world(world_arrays, w, n_moving)
+        barrier()
+        tick_world(world_arrays, trouble, w, n_robots, n_moving)
+        barrier()
+        observe_world(world_arrays, layer_arrays, w, n_robots)
+        barrier()
+
+
 def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
     world_arrays: Arrays,
     layer_arrays: Arrays,
@@ -54,26 +84,34 @@ def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
     last: int,
     n_ticks: int,
 ) -> None:
-    """Run some ticks of the worlds first .. last - 1, each as its mode says.
-
-    A world in which a decision cannot be carried out stands from then on. All lanes of a block come
-    to every barrier, also those of worlds without robots to run.
-    """
+    """Run some ticks of the worlds first .. last - 1, each as its mode says."""
     for each in range(first_world(first), end_world(last)):
         w = min(each, last - 1)
         n_robots = world_arrays[0].shape[1] if each < last and modes[w] != STANDS else 0
-        for _ in range(n_ticks):
-            n_moving = 0 if modes[w] == BEGINS else n_robots
-            decide_world(world_arrays, layer_arrays, trouble, w, n_moving)
-            barrier()
-            if trouble[w] % N_TROUBLES == NOT_FINITE:
-                n_robots = n_moving = 0
-            move_world(world_arrays, w, n_moving)
-            barrier()
-            tick_world(world_arrays, trouble, w, n_robots, n_moving)
-            barrier()
-            observe_world(world_arrays, layer_arrays, w, n_robots)
-            barrier()
+        run_world(world_arrays, layer_arrays, modes[w], trouble, w, n_robots, n_ticks)
+
+
+@row_template
+def restart_world(  # noqa: PLR0913 what worlds start from, which one, and how many robots
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    starts: Arrays,
+    noise: int,
+    trouble: Int64[Array, " worlds_and_one"],
+    w: int,
+    n: int,
+) -> None:
+    """Put the robots of a world at their starting places, and let their layers forget.
+
+    `starts` and `noise` are as for `begin_worlds`. Free names: lane, lanes, place_world,
+    set_stream.
+    """
+    minds, memories = layer_arrays[0], layer_arrays[1]
+    first_robot, first_mind, first_memory, seeds, places, poses = starts
+    place_world(world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n)
+    for i in range(lane(), n, lanes()):
+        minds[w, i], memories[w, i] = first_mind[0], first_memory[0]
+        set_stream(memories[w, i], first_word(seeds[w], i, noise))
 
 
 def begin_worlds(
@@ -88,18 +126,13 @@ def begin_worlds(
 
     `starts` are first records of a robot, of what its estimator and its motion keep, the seed of
     every world, and room for places; `noise` is what motions draw for.
-    Free names: first_world, end_world, lane, lanes, place_world, set_stream.
+    Free names: first_world, end_world; those of restart_world.
     """
-    robots, minds, memories = world_arrays[0], layer_arrays[0], layer_arrays[1]
-    first_robot, first_mind, first_memory, seeds, places, poses = starts
-    last = robots.shape[0]
+    last = world_arrays[0].shape[0]
     for each in range(first_world(0), end_world(last)):
         w = min(each, last - 1)
-        n = robots.shape[1] if each < last and modes[w] == BEGINS else 0
-        place_world(world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n)
-        for i in range(lane(), n, lanes()):
-            minds[w, i], memories[w, i] = first_mind[0], first_memory[0]
-            set_stream(memories[w, i], first_word(seeds[w], i, noise))
+        n = world_arrays[0].shape[1] if each < last and modes[w] == BEGINS else 0
+        restart_world(world_arrays, layer_arrays, starts, noise, trouble, w, n)
 
 
 @kernel

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import torch
 from gymnasium.spaces import Box
-from torch import Tensor
+from torch import Tensor, nn
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from training.actor_critic import ActorCritic, RecurrentActorCritic
+from training.cuda_graphs import Graphed, Work
 from training.tensor_vec_env import TensorVecEnv
 
 if TYPE_CHECKING:
@@ -123,6 +124,33 @@ class PPOHyperparameters:
     """Rows of a decision that share a minibatch: the robots of a world, for a network over them."""
 
 
+Losses = tuple[Tensor, ...]
+"""Those of actor and critic in a minibatch, and the logarithms of the ratios of its actions."""
+
+
+def _adam(weights: Iterator[nn.Parameter], rate: float) -> torch.optim.Adam:
+    """Adam, whose moments are zeros; on a GPU it can be a part of a graph."""
+    parameters = list(weights)
+    device = parameters[0].device
+    on_gpu = device.type == "cuda"
+    usable = torch.tensor(rate, device=device) if on_gpu else rate
+    adam = torch.optim.Adam(
+        parameters, usable, eps=ADAM_EPSILON, fused=on_gpu or None, capturable=on_gpu
+    )
+    for each in parameters:
+        zeros = torch.zeros((), device=device), torch.zeros_like(each), torch.zeros_like(each)
+        adam.state[each] = dict(zip(MOMENTS, zeros, strict=True))
+    return adam
+
+
+def _tensors_of(policy: nn.Module, adam: torch.optim.Adam) -> dict[str, Tensor]:
+    """What an update changes, by name: parameters, and what Adam keeps of each."""
+    named = {f"policy.{name}": each for name, each in policy.state_dict().items()}
+    for name, parameter in policy.named_parameters():
+        named |= {f"{moment}.{name}": each for moment, each in adam.state[parameter].items()}
+    return named
+
+
 def _n_acting(acts: Tensor) -> int:
     """How many actions count; ConfigError where they are too few to compare their advantages."""
     n = int(acts.sum())
@@ -183,8 +211,11 @@ class PPOLearner:
         low, high = env.action_space.low, env.action_space.high
         self.env, self._hyperparameters = env, hyperparameters
         self.policy = policy.to(env.device)
-        rate, weights = hyperparameters.learning_rate, self.policy.parameters()
-        self._optimizer = torch.optim.Adam(weights, rate, eps=ADAM_EPSILON)
+        self._optimizer = _adam(self.policy.parameters(), hyperparameters.learning_rate)
+        self._tensors = _tensors_of(self.policy, self._optimizer)
+        self._learn: Work = self._learn_from
+        if env.device.type == "cuda" and type(self.policy) is ActorCritic:
+            self._learn = Graphed(self._learn_from, list(self._tensors.values()))
         self.diagnostics: dict[str, float] = {}
         """Scalars of the last update."""
         self._low, self._high = (torch.from_numpy(each).to(env.device) for each in (low, high))
@@ -227,27 +258,15 @@ class PPOLearner:
 
     def state(self) -> dict[str, Array]:
         """Parameters, Adam's moments and the number of robot-steps, by name."""
-        tensors = {f"policy.{name}": each for name, each in self.policy.state_dict().items()}
-        for name, parameter in self.policy.named_parameters():
-            moments = self._optimizer.state.get(parameter, {})
-            for moment in MOMENTS:
-                empty = torch.zeros(() if moment == "step" else parameter.shape)
-                tensors[f"{moment}.{name}"] = moments.get(moment, empty)
-        arrays = {name: each.detach().cpu().numpy().copy() for name, each in tensors.items()}
+        named = self._tensors.items()
+        arrays = {name: each.detach().cpu().numpy().copy() for name, each in named}
         return arrays | {"robot_steps": np.array(self.robot_steps)}
 
+    @torch.no_grad()
     def restore(self, arrays: Mapping[str, Array]) -> None:
         """Set what `state` returned; the next call of `learn` needs a seed to go on alike."""
-        tensors = {name: torch.from_numpy(np.array(array)) for name, array in arrays.items()}
-        names = self.policy.state_dict()
-        self.policy.load_state_dict({name: tensors[f"policy.{name}"] for name in names})
-        for name, parameter in self.policy.named_parameters():
-            if tensors[f"step.{name}"] > 0:
-                moments = {moment: tensors[f"{moment}.{name}"] for moment in MOMENTS}
-                self._optimizer.state[parameter] = {
-                    k: each if k == "step" else each.to(parameter.device)
-                    for k, each in moments.items()
-                }
+        for name, each in self._tensors.items():
+            each.copy_(torch.from_numpy(np.array(arrays[name])))
         self._before = int(arrays["robot_steps"]) - self.env.robot_steps
 
     @torch.no_grad()
@@ -278,6 +297,7 @@ class PPOLearner:
                 self._states[step.ended] = 0.0
             observations = step.observations
         rollout.values[n] = policy.predict_values(self._seen(observations)).flatten()
+        env.check()
         return rollout, observations
 
     def _seen(self, observations: Tensor) -> Tensor:
@@ -308,22 +328,26 @@ class PPOLearner:
         acts = _groups_that_act(rollout.acts, groups, self._why_together)
         n_minibatches = max(terms.n_minibatches, len(gains) // MIN_MINIBATCH)
         n_minibatches = min(n_minibatches, _n_acting(acts) // 2)
+        observations, actions = rollout.observations, rollout.actions
         policy.train(True)
         for _ in range(terms.n_epochs):
             shuffled = torch.randperm(len(groups), device=gains.device)
             for acting, others in _minibatches(groups[shuffled], acts[shuffled], n_minibatches):
                 rows = torch.cat((acting, others))
-                values, log_probs = self._evaluate(rollout, rows)
-                log_ratio = log_probs[: len(acting)] - before[acting]
-                actor_loss = clipped_loss(torch.exp(log_ratio), gains[acting])
-                critic_loss = torch.nn.functional.mse_loss(values, returns[rows])
-                self._descend(actor_loss + VALUE_WEIGHT * critic_loss)
+                batch = before[acting], gains[acting], returns[rows]
+                if self._n_state:
+                    losses = self._descend(*self._evaluate_sequences(rollout, rows), *batch)
+                else:
+                    seen, acted = (each.flatten(0, 1)[rows] for each in (observations, actions))
+                    learn = self._learn_from if len(others) else self._learn
+                    losses = learn(seen, acted, *batch)
+        actor_loss, critic_loss, log_ratio = losses
         self.diagnostics = {
             "train/policy_gradient_loss": actor_loss.item(),
             "train/value_loss": critic_loss.item(),
             "train/std": torch.exp(policy.log_std).mean().item(),
             "train/reward": rollout.rewards.mean().item(),
-            **policy_change(log_ratio.detach()),
+            **policy_change(log_ratio),
         }
 
     def _groups(self, n: int) -> Tensor:
@@ -333,22 +357,35 @@ class PPOLearner:
             return numbers.view(-1, self.env.n_rows).T
         return numbers.view(-1, self._hyperparameters.rows_together)
 
-    def _evaluate(self, rollout: Rollout, numbers: Tensor) -> tuple[Tensor, Tensor]:
-        """Values and log probabilities of numbered decisions; with a memory of whole groups."""
-        observations, actions, policy = rollout.observations, rollout.actions, self.policy
-        if isinstance(policy, RecurrentActorCritic):
-            rows = numbers.view(-1, len(actions))[:, 0]
-            of_rows = observations[:, rows], actions[:, rows], rollout.states[rows]
-            both = policy.evaluate_sequences(*of_rows, rollout.ends[:, rows])
-            values, log_probs = (each.T.flatten() for each in both)
-            return values, log_probs
-        seen, acted = observations.flatten(0, 1)[numbers], actions.flatten(0, 1)[numbers]
-        values, log_probs, _ = policy.evaluate_actions(seen, acted)
-        return values.flatten(), log_probs
+    def _learn_from(self, observations: Tensor, actions: Tensor, *batch: Tensor) -> Losses:
+        """`_descend` on a minibatch of single decisions."""
+        values, log_probs, _ = self.policy.evaluate_actions(observations, actions)
+        return self._descend(values.flatten(), log_probs, *batch)
 
-    def _descend(self, loss: Tensor) -> None:
-        """Take a step of Adam along the clipped gradient of a loss."""
+    def _evaluate_sequences(self, rollout: Rollout, numbers: Tensor) -> tuple[Tensor, Tensor]:
+        """Values and log probabilities of numbered decisions, of a memory: of whole rows."""
+        policy, n = self.policy, len(rollout.actions)
+        assert isinstance(policy, RecurrentActorCritic)
+        rows = numbers.view(-1, n)[:, 0]
+        of_rows = rollout.observations[:, rows], rollout.actions[:, rows], rollout.states[rows]
+        both = policy.evaluate_sequences(*of_rows, rollout.ends[:, rows])
+        values, log_probs = (each.T.flatten() for each in both)
+        return values, log_probs
+
+    def _descend(
+        self, values: Tensor, log_probs: Tensor, before: Tensor, gains: Tensor, returns: Tensor
+    ) -> Losses:
+        """Take a step of Adam along the clipped gradient of the loss of a minibatch.
+
+        The first of its decisions are those whose actions count, with their log probabilities
+        before the update and their advantages.
+        """
+        log_ratio = log_probs[: len(before)] - before
+        actor_loss = clipped_loss(torch.exp(log_ratio), gains)
+        critic_loss = torch.nn.functional.mse_loss(values, returns)
         self._optimizer.zero_grad()
+        loss = actor_loss + VALUE_WEIGHT * critic_loss
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(self.policy.parameters(), MAX_GRADIENT_NORM)
         self._optimizer.step()
+        return actor_loss.detach(), critic_loss.detach(), log_ratio.detach()

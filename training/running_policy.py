@@ -127,12 +127,12 @@ class RunningForeignPolicy:
             self._act(self._own)
         self._inner.consult()
 
-    def reset(self, world: int, seed: int) -> None:
-        """Forget everything about one world; the policy does at its first tick."""
-        own = streams([seed], self._world.n_robots, NoiseSource.POLICY)
-        self._streams[world] = own[self._robots]
-        self._states[world] = 0.0
-        self._inner.reset(world, seed)
+    def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Forget everything about these worlds; the policy does at its first tick."""
+        own = streams(seeds, self._world.n_robots, NoiseSource.POLICY)
+        self._streams[first:last] = own.reshape(last - first, -1)[:, self._robots]
+        self._states[first:last] = 0.0
+        self._inner.reset(first, last, seeds)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> object:
         """The parameters of one world's layers in another scenario."""

@@ -4,9 +4,9 @@ Tensors share the memory of the worlds' arrays, except in numba's simulator.
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -44,7 +44,8 @@ class TensorVecEnv:
         step = env.step(actions)
 
     The blocks observe and act alike, and are on one device, on which all tensors stay. A world
-    whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s].
+    whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s], of a GPU
+    only that of asking for them.
     """
 
     def __init__(self, blocks: Sequence[ArrayEnv]) -> None:
@@ -56,6 +57,7 @@ class TensorVecEnv:
         self.observation_layout = cast(FieldLayout, first.observation_layout)
         self._n_rows = [len(each.learners) * each.n_worlds for each in self.blocks]
         self.n_rows: int = sum(self._n_rows)
+        self._room: list[Any] = [None] * len(self.blocks)
         self.stepping_s = 0.0
         self.acts = torch.ones(self.n_rows, dtype=torch.bool, device=self.device)
         """True for the rows whose next action counts: all, but under `step_on="exchange"`."""
@@ -68,42 +70,52 @@ class TensorVecEnv:
     def seed(self, seed: int) -> None:
         """Seed the sequences from which resets draw the seeds of the worlds, as `SwarmVecEnv`."""
         for block in self.blocks:
-            episodes = block.episodes
-            for world, own in enumerate(checked_seeds(seed, block.n_worlds)):
-                episodes.generators[world] = np.random.default_rng(own)
+            block.episodes.seed(checked_seeds(seed, block.n_worlds))
 
     def reset(self) -> Tensor:
         """Reset all worlds; return the observation of every row."""
         self._follow_stream()
         observations, infos = zip(*(block.reset() for block in self.blocks), strict=True)
-        self._update_acts(infos)
+        self._update_acts([each.get("acts") for each in infos])
         return _rows(observations)
 
     def step(self, actions: Tensor) -> Step:
-        """One decision of all rows; ConfigError for an action that is out of bounds."""
+        """One decision of all rows; ConfigError for an action that is out of bounds.
+
+        On a GPU `check` raises it.
+        """
         begin = time.perf_counter()
         self._follow_stream()
-        observations, final, rewards, ended, infos = [], [], [], [], []
-        shares = torch.split(actions, self._n_rows)
-        for block, share in zip(self.blocks, shares, strict=True):
-            n_learners = len(block.learners)
-            shaped = share.reshape(block.n_worlds, n_learners, *block.action_shape)
-            after, earned, _, _, info = block.step(array_for(block, shaped))
-            final.append(after)
-            rewards.append(tensor_of(earned).float().flatten())
-            ended.append(np.repeat(block.is_over, n_learners))
-            if block.is_over.any():
-                after, info = block.reset(worlds=block.is_over)
-            observations.append(after)
-            infos.append(info)
-        self._update_acts(infos)
-        rows = torch.from_numpy(np.flatnonzero(np.concatenate(ended))).to(self.device)
+        steps, shares = [], torch.split(actions, self._n_rows)
+        for k, (block, share) in enumerate(zip(self.blocks, shares, strict=True)):
+            shaped = share.reshape(block.n_worlds, len(block.learners), *block.action_shape)
+            steps.append(block.step_and_reset(array_for(block, shaped), self._room[k]))
+            self._room[k] = steps[-1].room
+        self._update_acts([each.acts for each in steps])
+        ended = [
+            np.repeat(each.is_over, len(block.learners))
+            for block, each in zip(self.blocks, steps, strict=True)
+        ]
+        rows = self._placed(torch.from_numpy(np.flatnonzero(np.concatenate(ended))))
+        rewards = torch.cat([tensor_of(each.rewards).float().flatten() for each in steps])
+        final, observations = ([each[k] for each in steps] for k in range(2))
         self.stepping_s += time.perf_counter() - begin
-        return Step(_rows(observations), torch.cat(rewards), _rows(final), rows)
+        return Step(_rows(observations), rewards, _rows(final), rows)
 
-    def _update_acts(self, infos: Sequence[Mapping[str, object]]) -> None:
-        if "acts" in infos[0]:
-            self.acts = torch.cat([tensor_of(each["acts"]).flatten() for each in infos]) > 0.0
+    def check(self) -> None:
+        """ConfigError for an action on a GPU that was refused since the last time: waits for it."""
+        for block in self.blocks:
+            block.check()
+
+    def _update_acts(self, acts: Sequence[object]) -> None:
+        if acts[0] is not None:
+            self.acts = torch.cat([tensor_of(each).flatten() for each in acts]) > 0.0
+
+    def _placed(self, rows: Tensor) -> Tensor:
+        """Numbers of rows where the worlds are, without waiting for a GPU."""
+        if self.device.type == "cuda":
+            return rows.pin_memory().to(self.device, non_blocking=True)
+        return rows
 
     def _follow_stream(self) -> None:
         for block in self.blocks:

@@ -84,8 +84,7 @@ class SwarmVecEnv(VecEnv):
     def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
         """Seed the sequences from which resets draw the seeds of the worlds."""
         seeds = checked_seeds(seed, self.env.n_worlds)
-        for world, own in enumerate(seeds):
-            self.env.episodes.generators[world] = np.random.default_rng(own)
+        self.env.episodes.seed(seeds)
         return [own for own in seeds for _ in self.env.learners]
 
     @property

@@ -265,7 +265,7 @@ class Order(Claim):
     metric: Metric = round_trips
 
     def _verdict(self, results: Results) -> Verdict:
-        sides = [_both(results, more, less, self.metric) for more, less in self.pairs]
+        sides = [present_pairs(results, more, less, self.metric) for more, less in self.pairs]
         if not all(len(higher) for higher, _ in sides):
             return "> 1", None, False, None
         comparisons = [compare(*each) for each in sides]
@@ -276,7 +276,10 @@ class Order(Claim):
 
     def effects(self, results: Results) -> list[Effect]:
         """In every pair one lies above the other."""
-        return [order_effect(*_both(results, more, less, self.metric)) for more, less in self.pairs]
+        return [
+            order_effect(*present_pairs(results, more, less, self.metric))
+            for more, less in self.pairs
+        ]
 
 
 @dataclass(frozen=True)
@@ -341,7 +344,7 @@ def miss(claim: RangeClaim, ours: float | None) -> float:
     return min(FARTHEST, math.log(max(low / ours, ours / high, 1.0)))
 
 
-def _both(
+def present_pairs(
     results: Results, one: Source, other: Source, metric: Metric
 ) -> tuple[list[float], list[float]]:
     """The metric of both sources, for each seed under which both have one."""

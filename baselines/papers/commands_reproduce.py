@@ -82,7 +82,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
 
     **adaptive-boids**: boids rules for localisation (Smith et al. 2021).
 
-    **boids-foraging**: the motions of that paper where robots forage; no paper has it.
+    **boids-foraging**: each motion over each estimator where robots forage; no paper has it.
 
     **robustness**: every weighting rule among faulty robots and liars; no paper has it.
 

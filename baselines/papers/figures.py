@@ -7,11 +7,22 @@ from pathlib import Path
 from typing import ClassVar, Protocol
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
-from baselines.evaluation.figure_page import Caption, page_style, save_figure
+from baselines.evaluation.figure_page import (
+    TICK,
+    Caption,
+    finish_figure,
+    label_panel,
+    page_style,
+    panel_grid,
+    save_figure,
+    style_in_use,
+)
 from baselines.evaluation.line_plots import BANDS, Means, curve_panels, mean_curve
+from baselines.evaluation.plot_style import INK
 from baselines.papers.experiments import (
     HasExperiments,
     Metric,
@@ -19,11 +30,21 @@ from baselines.papers.experiments import (
     Source,
     UsesFields,
     round_trips,
+    sample,
 )
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
 """Files of each figure, by page style."""
+
+WIDEST = 1.5
+"""The colours of a heat map end at 2^1.5 times as many, and as few."""
+
+DARK = 0.9
+"""From here on the colours of a heat map are dark."""
+
+Against = tuple[Source, Source]
+"""A source, and the base that it is held against."""
 
 
 class PaperFigure(HasExperiments, Protocol):
@@ -102,6 +123,52 @@ class Curves(UsesFields):
             each for panel in self.panels.values() for each in panel.items()
         )
         return curve_panels(panels, self.axes, caption_of(self, results, command), controllers)
+
+
+@dataclass(frozen=True)
+class RatioMaps(UsesFields):
+    """Heat maps of round trips as a multiple of those of a base, a panel for each setup."""
+
+    name: str
+    caption: str
+    panels: Mapping[str, Mapping[str, Mapping[str, Against]]]
+    """By panel, row and column; of a base against itself its round trips are shown."""
+    reading: ClassVar[str] = "White: as many; blue: more; red: fewer."
+
+    def draw(self, results: Results, command: str) -> Figure:
+        """Draw the figure, with the command that made it in the caption."""
+        figure, panels = panel_grid(len(self.panels), 3.6, 2.0)
+        for axes, (title, rows) in zip(panels, self.panels.items(), strict=True):
+            columns = list(next(iter(rows.values())))
+            _draw_ratios(axes, results, [list(row.values()) for row in rows.values()])
+            axes.set_xticks(range(len(columns)), columns)
+            axes.set_yticks(range(len(rows)), list(rows))
+            label_panel(axes, title, ("", ""))
+        return finish_figure(figure, panels, caption_of(self, results, command))
+
+
+def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]) -> None:
+    ratios = np.array([[ratio_of_trips(results, *each) for each in row] for row in rows])
+    axes.imshow(np.log2(ratios), cmap="RdBu", vmin=-WIDEST, vmax=WIDEST, aspect="auto")
+    for (row, column), ratio in np.ndenumerate(ratios):
+        source, base = rows[row][column]
+        text = f"{mean_trips(results, base):.0f}" if source == base else f"{ratio:.2f}"
+        is_dark = not ratio or abs(math.log2(ratio)) > DARK
+        axes.text(
+            column, row, text, ha="center", va="center", fontsize=style_in_use().points(TICK),
+            color="white" if is_dark else INK,
+        )  # fmt: skip
+
+
+def mean_trips(results: Results, source: Source) -> float:
+    """The mean of the round trips of a source."""
+    return float(np.mean(sample(results, source, round_trips)))
+
+
+def ratio_of_trips(results: Results, source: Source, base: Source) -> float:
+    """The ratio of the mean round trips of a source to those of a base; NaN if these are zero."""
+    trips = mean_trips(results, base)
+    return mean_trips(results, source) / trips if trips else math.nan
 
 
 def caption_of(

@@ -13,26 +13,12 @@ Not in the papers: the experiment itself. And chosen here:
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar
 
-import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
-from baselines.evaluation.figure_page import (
-    TICK,
-    finish_figure,
-    label_panel,
-    panel_grid,
-    style_in_use,
-)
-from baselines.evaluation.plot_style import INK
-from baselines.evaluation.statistics import Comparison, compare
+from baselines.evaluation.statistics import compare
 from baselines.evaluation.tables import markdown
 from baselines.papers.claim_types import Claim, Order, above
 from baselines.papers.experiments import Experiment, Results, round_trips, sample
-from baselines.papers.figures import PaperFigure, caption_of
+from baselines.papers.figures import Against, PaperFigure, RatioMaps, ratio_of_trips
 from baselines.papers.paper import PAPERS, Paper
 
 BASE = "ssgikf"
@@ -44,12 +30,6 @@ POLICIES = (
 
 LENGTH, WIDTH, DISTANCE, N_ROBOTS, WHEEL_NOISE = 1.7, 1.2, 1.5, 10, 0.058
 """Of es1: its arena and the distance of its areas [m], its robots, the noise of its wheels."""
-
-WIDEST = 1.5
-"""The colours reach as far: to 2^1.5 times as many, and as few."""
-
-DARK = 0.9
-"""From here on the colours are dark."""
 
 World = tuple[str, tuple[str, ...]]  # a scenario, and what is changed of it
 
@@ -104,12 +84,6 @@ def experiment(controller: str, world: World) -> Experiment:
     return Experiment(scenario, controller, settings)
 
 
-def against_base(results: Results, policy: str, world: World) -> Comparison:
-    """The round trips of a policy against those of `ssgikf` in a world."""
-    ours, base = (sample(results, experiment(each, world), round_trips) for each in (policy, BASE))
-    return compare(ours, base)
-
-
 def falls_below(results: Results, policy: str, world: World) -> bool:
     """A policy makes fewer round trips than `ssgikf`."""
     ours, base = (sample(results, experiment(each, world), round_trips) for each in (policy, BASE))
@@ -128,53 +102,23 @@ def claims() -> list[Claim]:
     ]
 
 
-@dataclass(frozen=True)
-class Ratios:
-    """Heat maps of the round trips of each policy over those of `ssgikf`, a panel for each axis."""
-
-    name: ClassVar[str] = "transfer"
-    caption: ClassVar[str] = (
+def figures() -> list[PaperFigure]:
+    """The heat maps of each policy against `ssgikf`, a panel for each axis."""
+    caption = (
         f"Round trips of {BASE}, and of others as a multiple of them, with one thing changed in es1"
         " and in other worlds."
     )
-    reading: ClassVar[str] = "White: as many; blue: more; red: fewer."
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return tuple(
-            experiment(controller, world)
-            for worlds in AXES.values()
-            for world in worlds.values()
+    panels: dict[str, dict[str, dict[str, Against]]] = {
+        axis: {
+            controller: {
+                name.replace("-", "\n"): (experiment(controller, world), experiment(BASE, world))
+                for name, world in worlds.items()
+            }
             for controller in (BASE, *POLICIES)
-        )
-
-    def draw(self, results: Results, command: str) -> Figure:
-        """Draw the figure, with the command that made it in the caption."""
-        figure, panels = panel_grid(len(AXES), 3.6, 2.0)
-        for axes, (title, worlds) in zip(panels, AXES.items(), strict=True):
-            _draw_ratios(axes, results, worlds)
-            names = [name.replace("-", "\n") for name in worlds]
-            axes.set_xticks(range(len(worlds)), names)
-            axes.set_yticks(range(1 + len(POLICIES)), (BASE, *POLICIES))
-            label_panel(axes, title, ("", ""))
-        return finish_figure(figure, panels, caption_of(self, results, command))
-
-
-def _draw_ratios(axes: Axes, results: Results, worlds: Mapping[str, World]) -> None:
-    ratios = np.array([
-        [_ratio(against_base(results, policy, each)) for each in worlds.values()]
-        for policy in (BASE, *POLICIES)
-    ])  # fmt: skip
-    axes.imshow(np.log2(ratios), cmap="RdBu", vmin=-WIDEST, vmax=WIDEST, aspect="auto")
-    trips = [np.mean(sample(results, experiment(BASE, each), round_trips))
-             for each in worlds.values()]  # fmt: skip
-    for (row, column), ratio in np.ndenumerate(ratios):
-        is_dark = not ratio or abs(math.log2(ratio)) > DARK
-        axes.text(
-            column, row, f"{ratio:.2f}" if row else f"{trips[column]:.0f}", ha="center",
-            va="center", fontsize=style_in_use().points(TICK), color="white" if is_dark else INK,
-        )  # fmt: skip
+        }
+        for axis, worlds in AXES.items()
+    }
+    return [RatioMaps("transfer", caption, panels)]
 
 
 def table(results: Results) -> str:
@@ -182,7 +126,7 @@ def table(results: Results) -> str:
     lines = []
     for policy in POLICIES:
         below = [
-            f"{axis}: {name} ({_ratio(against_base(results, policy, world)):.2f})"
+            f"{axis}: {name} ({_ratio(results, policy, world):.2f})"
             for axis, worlds in AXES.items()
             for name, world in worlds.items()
             if falls_below(results, policy, world)
@@ -192,8 +136,8 @@ def table(results: Results) -> str:
     return markdown(("policy", f"worlds below {BASE}", "which, with the ratio"), lines)
 
 
-def _ratio(comparison: Comparison) -> float:
-    return math.nan if comparison.ratio is None else comparison.ratio.value
+def _ratio(results: Results, policy: str, world: World) -> float:
+    return ratio_of_trips(results, experiment(policy, world), experiment(BASE, world))
 
 
 LEFT_OPEN = {"The experiment": "baselines.papers.transfer"}
@@ -203,5 +147,5 @@ LEFT_OPEN = {"The experiment": "baselines.papers.transfer"}
 @PAPERS.register("transfer")
 def transfer() -> Paper:
     """The experiment of every policy in other worlds, as a paper."""
-    figures: tuple[PaperFigure, ...] = (Ratios(),)
-    return Paper("transfer", "transfer", tuple(claims()), figures, 10, LEFT_OPEN, table)
+    made = tuple(claims()), tuple(figures())
+    return Paper("transfer", "transfer", *made, 10, LEFT_OPEN, table)

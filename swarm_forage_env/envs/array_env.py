@@ -1,7 +1,8 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self, Unpack
+from functools import cached_property
+from typing import Any, NamedTuple, Self, Unpack
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -41,6 +42,22 @@ Step = tuple[Any, Any, Any, Any, Infos]
 (worlds,), and infos: arrays of NumPy, or of a GPU."""
 
 
+class Transition(NamedTuple):
+    """A step of worlds, of which those begin anew whose episodes have ended."""
+
+    final: Any
+    """Observations after the step."""
+    observations: Any
+    """Observations that the next actions are for: of what has ended the first of a new episode."""
+    rewards: Any
+    is_over: Bool[Array, " worlds"]
+    """Where an episode has ended, in the memory of the CPU."""
+    acts: Any
+    """Whose next action counts; None where all do."""
+    room: tuple[PlacedArray, ...] | None
+    """What holds the arrays of a GPU, to be written anew."""
+
+
 def checked_device(device: str) -> Device:
     """The device; ConfigError for one on which worlds cannot run."""
     match device:
@@ -77,9 +94,10 @@ class ArrayEnv:
 
     What it gives then are arrays of the GPU with `__cuda_array_interface__`, new ones in each
     step; what it takes may be of any library that has that: neither is copied. All is in the order
-    of one stream, `stream`, at first CUDA's default stream, which is torch's too. An action that is
-    refused is found when it is too late for the step alone. The CPU draws the seeds of resets, and
-    numbers that are randomised; rewards and observations of the user's own run on a CPU only.
+    of one stream, `stream`, at first CUDA's default stream, which is torch's too. A step is one
+    launch that reads nothing back: a world in which an action is refused stands still, until
+    `check`, a reset or a download raises the refusal. Rewards and observations of the user's own
+    run on a CPU only.
     """
 
     def __init__(
@@ -174,7 +192,7 @@ class ArrayEnv:
         worlds, whose others take the next whole numbers, or one for each of them. `options` are
         numbers of the scenario for these episodes, by dotted name.
         """
-        self._on.check()
+        self.check()
         is_first = not self.episodes.ends.any()
         fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
         if is_first and self._is_staggered:
@@ -190,11 +208,11 @@ class ArrayEnv:
 
         `actions` have the shape (worlds, learners, numbers), or (worlds, learners) where they are
         choices; on a GPU they are float32 or whole numbers. A refused action leaves everything as
-        it was.
+        it was, on a GPU its world.
         """
         self.episodes.check_running()
         if self.device == "cuda":
-            return self._decided(self._decisions.checked_on_gpu(actions))
+            return self._decided(self._placed(actions))
         array, rows = as_array(actions), (self.n_worlds, len(self.learners))
         if array.shape[:2] != rows:
             raise ConfigError(
@@ -208,13 +226,61 @@ class ArrayEnv:
         shape = self.n_worlds, len(self.learners), *self.action_shape
         return self._decided(self.memory.to_device(rows.reshape(shape)))
 
+    def step_and_reset(
+        self, actions: object, out: tuple[PlacedArray, ...] | None = None
+    ) -> "Transition":
+        """`step`, and then `reset` of the worlds whose episodes have ended.
+
+        On a GPU both are one launch where episodes differ in their seeds alone. Then all arrays
+        are parts of `out`, if it is given: the `room` of an earlier call, which is written anew.
+        """
+        if self._at_once is None or not self.episodes.are_alike:
+            final, rewards, _, _, infos = self.step(actions)
+            over, seen = self.is_over, final
+            if over.any():
+                seen, infos = self.reset(worlds=over)
+            return Transition(final, seen, rewards, over, infos.get("acts"), out)
+        self.episodes.check_running()
+        rewards, _, seen, _ = room = out or self._at_once.room()
+        self._launch(self._placed(actions), self.max_cycles, room)
+        over = self.episodes.follow_on(self.max_cycles)
+        return Transition(seen[0], seen[1], rewards[1], over, None, room)
+
+    def check(self) -> None:
+        """Raise what went wrong on a GPU since the last time, as a refused action: waits for it."""
+        self._on.check()
+
+    def _launch(self, actions: PlacedArray, length: int, room: tuple[PlacedArray, ...]) -> None:
+        """A step in one launch; with a length, worlds begin anew for so many steps."""
+        assert self._at_once is not None
+        assert isinstance(self._stepper, Ticks)
+        self._at_once(actions, self.config.period, length, room)
+        self._stepper.count()
+
+    def _placed(self, actions: object) -> PlacedArray:
+        """Actions as they lie on a GPU, checked where a decision does not check them itself."""
+        array = self._decisions.placed(actions)
+        if self._at_once is None:
+            self._decisions.check(array)
+        return array
+
     def _decided(self, actions: PlacedArray) -> Step:
+        if self._at_once is not None:
+            rewards, _, seen, over = room = self._at_once.room()
+            self._launch(actions, 0, room)
+            never = self.memory.lend(self._never)
+            return seen[0], rewards[1], never, over, self._infos(rewards[0])
         self._decisions.take(actions)
         self._stepper.run()
         unshaped, rewards = self._decisions.rewards()
         seen = self._decisions.observe(self.episodes.share_left)
         truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._never)
         return seen, rewards, never, truncated, self._infos(unshaped)
+
+    @cached_property
+    def actions(self) -> Actions:
+        """What checks the actions of all learners on a CPU, and names those that it refuses."""
+        return Actions(_names(self.learners, self.n_worlds), self._action_form)
 
     def state(self) -> Float32[Array, "worlds numbers"]:
         """The truth about every world, as `state_layout` says; for centralised critics.
@@ -242,7 +308,7 @@ class ArrayEnv:
 
         A later step goes on from the GPU, whatever was done to them.
         """
-        self._on.check()
+        self.check()
         self._on.download()
         return self
 
@@ -312,6 +378,8 @@ class ArrayEnv:
             is_named = isinstance(config.reward, str)
             own = None if is_named else OwnReward(self.world, self.task, config.reward)
             self._stepper = Ticks(worlds, self.episodes, config.period, own)
+        is_one_launch = self.device == "cuda" and config.step_on != "exchange"
+        self._at_once = self._decisions.at_once(self.episodes) if is_one_launch else None
         self._write_log = _log_of(worlds)
         self._learners = self.memory.to_device(learners)
         self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
@@ -321,7 +389,7 @@ class ArrayEnv:
         put_on(self.observation_space, self.card)
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
-        self.actions = Actions(_names(self.learners, self.n_worlds), form.action)
+        self._action_form = form.action
         self._describe_state(scenarios)
 
     def _describe_state(self, scenarios: Sequence[BaseScenario]) -> None:

@@ -9,16 +9,19 @@ from gymnasium.spaces import Box
 from swarm_forage_env.arrays import Array, Float64, Int64
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.actions import ActionForm
-from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.decision_kernels import (
+    Terms,
+    check,
     check_choices,
     check_numbers,
     credit,
     take,
     write_potentials,
 )
+from swarm_forage_env.envs.episodes import Episodes
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.stepping import Worlds
+from swarm_forage_env.envs.whole_decision import WholeDecision, no_potential
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.ticks import RUNS
 from swarm_forage_env.worlds_on_cpu import PlacedArray
@@ -34,7 +37,7 @@ class Decisions:
         self, worlds: Worlds, form: PolicyForm, learners: Int64[Array, " learners"]
     ) -> None:
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
-        self._config: EnvConfig = config
+        self._terms: Terms = config.discount, config.shaping, config.reward == "team"
         self._earned = worlds.arrays["earned"]
         shape: tuple[int, int] = self._earned.shape
         self._rows = shape[0], len(learners)
@@ -46,8 +49,8 @@ class Decisions:
         self._conversion = memory.to_device(table), *rest
         self._fields = worlds.fields(form.policy.action)
         self._take = worlds.kernel(take, form.action.functions)
-        check = check_choices if form.action.is_discrete else check_numbers
-        self._check = worlds.kernel(check, {})
+        self._allowed = check_choices if form.action.is_discrete else check_numbers
+        self._check = worlds.kernel(check, {"check_actions": self._allowed})
         self._limits = _limits_of(form.action, memory.to_device)
         self._credit = worlds.kernel(credit, {})
         phi = form.task.potential
@@ -60,11 +63,21 @@ class Decisions:
         self.observing = form.observing(worlds, learners.tolist())
         self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
 
-    def checked_on_gpu(self, actions: object) -> PlacedArray:
-        """Actions as they lie on a GPU; ConfigError for another shape or type.
+    def at_once(self, episodes: Episodes) -> WholeDecision:
+        """The same decisions, each in one launch of a GPU."""
+        form, worlds, phi = self._form, self._worlds, self._form.task.potential
+        assert isinstance(worlds, DeviceLoop)
+        acting = self._fields, self._learners, self._conversion, self.raw, self._limits
+        crediting = self._potentials, self._terms, self._earned
+        functions = {
+            **form.action.functions,
+            "check_actions": self._allowed,
+            "potential": phi.of if self._terms[1] > 0.0 and phi else no_potential,
+        }
+        return WholeDecision(worlds, episodes, acting, crediting, self.observing, functions)
 
-        What is out of bounds is noted, and raised here where the GPU has come so far.
-        """
+    def placed(self, actions: object) -> PlacedArray:
+        """Actions as they lie on a GPU; ConfigError for another shape or type."""
         assert isinstance(self._worlds, DeviceLoop)
         array = self._worlds.memory.as_device_array(actions)
         is_discrete = self._form.action.is_discrete
@@ -76,9 +89,13 @@ class Decisions:
                 f"actions of shape {array.shape} and type {array.dtype}: must be {kind} of shape"
                 f" {shape}"
             )
-        self._check(array, self._limits, self._worlds.trouble)
-        self._worlds.check()
         return array
+
+    def check(self, actions: PlacedArray) -> None:
+        """ConfigError for actions on a GPU that are out of bounds: waits for it."""
+        assert isinstance(self._worlds, DeviceLoop)
+        self._check(actions, self._limits, self._worlds.trouble)
+        self._worlds.check()
 
     def take(self, actions: PlacedArray) -> None:
         """Hand checked actions to the layers of the learners."""
@@ -87,11 +104,9 @@ class Decisions:
 
     def rewards(self) -> tuple[PlacedArray, PlacedArray]:
         """The rewards of every learner since it acted: without shaping, and with it."""
-        config, memory = self._config, self._worlds.memory
         self._note_potential(1)
-        out = memory.empty((2, *self._rows), np.float64)
-        terms = config.discount, config.shaping, config.reward == "team"
-        self._credit(self._learners, self._earned, self._potentials, terms, out)
+        out = self._worlds.memory.empty((2, *self._rows), np.float64)
+        self._credit(self._learners, self._earned, self._potentials, self._terms, out)
         return out[0], out[1]
 
     def observe(

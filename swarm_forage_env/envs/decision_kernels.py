@@ -29,6 +29,7 @@ add_features: Kernel
 features_before: Kernel
 write_feature: Kernel
 log: Kernel
+check_actions: Kernel
 """Free names of the templates: lanes; how an action is read, and a form of steering; functions of
 a task; and of what is observed beside a layer."""
 
@@ -47,6 +48,9 @@ Span = tuple[int, int]
 """The first of some worlds, and the last + 1."""
 
 Rows = Float32[Array, "worlds learners numbers"]
+
+Terms = tuple[float, float, bool]
+"""The discount and the weight of the shaping, and whether the team is credited."""
 
 
 @kernel
@@ -92,6 +96,25 @@ def convert(given: Rows, form: Form, raw: Rows, which: Span) -> None:
             write_raw(given, w, learner, form, raw[w, learner])
 
 
+@row_template
+def take_in_world(  # noqa: PLR0913 what is read, what is written, and where
+    fields: Fields,
+    learners: Int64[Array, " learners"],
+    given: Array,
+    form: Form,
+    raw: Rows,
+    w: int,
+    n_learners: int,
+) -> None:
+    """Hand the actions of the learners of a world to their layers.
+
+    Free names: lanes, write_raw, command.
+    """
+    for learner in range(lane(), n_learners, lanes()):
+        write_raw(given, w, learner, form, raw[w, learner])
+        write_fields(raw[w, learner], fields, w, learners[learner])
+
+
 def take(  # noqa: PLR0913 what is read, and what is written
     fields: Fields,
     learners: Int64[Array, " learners"],
@@ -106,42 +129,53 @@ def take(  # noqa: PLR0913 what is read, and what is written
     Free names: lanes, write_raw, command.
     """
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        for learner in range(lane(), learners.shape[0], lanes()):
-            write_raw(given, w, learner, form, raw[w, learner])
-            write_fields(raw[w, learner], fields, w, learners[learner])
+        take_in_world(fields, learners, given, form, raw, w, learners.shape[0])
         for i in range(lane(), earned.shape[1], lanes()):
             earned[w, i] = 0.0
 
 
+@row_template
 def check_numbers(
     given: Rows,
     bounds: tuple[Float32[Array, " numbers"], Float32[Array, " numbers"]],
     trouble: Int64[Array, " worlds_and_one"],
-    which: Span,
+    w: int,
+    n_learners: int,
 ) -> None:
     """Note a world in which a number of an action is not within its bounds; NaN is not.
 
     Free names: lanes.
     """
     low, high = bounds
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        for learner in range(lane(), given.shape[1], lanes()):
-            for k in range(given.shape[2]):
-                if not low[k] <= given[w, learner, k] <= high[k]:
-                    note(trouble, w, REFUSED, 0)
+    for learner in range(lane(), n_learners, lanes()):
+        for k in range(given.shape[2]):
+            if not low[k] <= given[w, learner, k] <= high[k]:
+                note(trouble, w, REFUSED, 0)
 
 
+@row_template
 def check_choices(
     given: Int64[Array, "worlds learners"],
     n_choices: int,
     trouble: Int64[Array, " worlds_and_one"],
-    which: Span,
+    w: int,
+    n_learners: int,
 ) -> None:
     """Note a world in which there is no such choice. Free names: lanes."""
+    for learner in range(lane(), n_learners, lanes()):
+        if not 0 <= given[w, learner] < n_choices:
+            note(trouble, w, REFUSED, 0)
+
+
+def check(
+    given: Array,
+    limits: object,
+    trouble: Int64[Array, " worlds_and_one"],
+    which: Span,
+) -> None:
+    """Note the worlds in which an action cannot be used. Free names: lanes, check_actions."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        for learner in range(lane(), given.shape[1], lanes()):
-            if not 0 <= given[w, learner] < n_choices:
-                note(trouble, w, REFUSED, 0)
+        check_actions(given, limits, trouble, w, given.shape[1])
 
 
 def stop_at_exchanges(  # noqa: PLR0913 what is read, and what is written
@@ -194,31 +228,44 @@ def credit(
     learners: Int64[Array, " learners"],
     earned: Float64[Array, "worlds robots"],
     potentials: Float64[Array, "2 worlds robots"],
-    terms: tuple[float, float, bool],
+    terms: Terms,
     out: Float64[Array, "2 worlds learners"],
     which: Span,
+) -> None:
+    """Write what every learner is given. Free names: lanes."""
+    last = which[1]
+    for each in range(first_world(which[0]), end_world(last)):
+        w = min(each, last - 1)
+        n = learners.shape[0] if each < last else 0
+        credit_in_world(learners, earned, potentials, terms, out, w, n)
+
+
+@row_template
+def credit_in_world(  # noqa: PLR0913 what is read, what is written, and where
+    learners: Int64[Array, " learners"],
+    earned: Float64[Array, "worlds robots"],
+    potentials: Float64[Array, "2 worlds robots"],
+    terms: Terms,
+    out: Float64[Array, "2 worlds learners"],
+    w: int,
+    n_learners: int,
 ) -> None:
     """Write what every learner is given, its own or its team's mean: unshaped, then shaped.
 
     `potentials` are those before and after the ticks; what is earned with shaping is written in
-    the place of the first. `terms` are the discount and the weight of the shaping, and whether the
-    team is credited. Free names: lanes.
+    the place of the first. Free names: lanes.
     """
     discount, weight, is_team = terms
-    last = which[1]
-    for each in range(first_world(which[0]), end_world(last)):
-        w = min(each, last - 1)
-        n_robots = earned.shape[1] if each < last else 0
-        n_learners = learners.shape[0] if each < last else 0
-        shaped = potentials[0, w] if weight > 0.0 else earned[w]
-        for i in range(lane(), n_robots if weight > 0.0 else 0, lanes()):
-            before, after = potentials[0, w, i], potentials[1, w, i]
-            shaped[i] = earned[w, i] + shaping(before, after, discount, weight)
-        barrier()
-        for learner in range(lane(), n_learners, lanes()):
-            i = learners[learner]
-            out[0, w, learner] = mean_of(earned[w]) if is_team else earned[w, i]
-            out[1, w, learner] = mean_of(shaped) if is_team else shaped[i]
+    shaped = potentials[0, w] if weight > 0.0 else earned[w]
+    n_robots = earned.shape[1] if weight > 0.0 and n_learners > 0 else 0
+    for i in range(lane(), n_robots, lanes()):
+        before, after = potentials[0, w, i], potentials[1, w, i]
+        shaped[i] = earned[w, i] + shaping(before, after, discount, weight)
+    barrier()
+    for learner in range(lane(), n_learners, lanes()):
+        i = learners[learner]
+        out[0, w, learner] = mean_of(earned[w]) if is_team else earned[w, i]
+        out[1, w, learner] = mean_of(shaped) if is_team else shaped[i]
 
 
 def observe(  # noqa: PLR0913 what is read, and what is written
@@ -238,21 +285,40 @@ def observe(  # noqa: PLR0913 what is read, and what is written
     to its frames, one that STANDS keeps them. Free names: lanes, add_features.
     """
     spans, time_left, raw = beside
-    seen, kept, out = rows
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        read_fields(fields, w, learners, seen[w])
-        for learner in range(lane(), learners.shape[0], lanes()):
-            row, action, i = seen[w, learner], raw[w, learner], learners[learner]
-            if modes[w] == BEGINS:
-                for k in range(action.shape[0]):
-                    action[k] = 0.0
-            if scaling[0] >= 0:
-                write_direction(row, scaling[0], scaling[1], scaling[2])
-            add_features(spans, i, fields[4], time_left[w], action, row)
-            if scaling[3].shape[0] > 0:
-                normalise_row(row, scaling[3], scaling[4])
-            if kept.shape[2] > 0:
-                update_frames(kept[w, learner], row, modes[w], out[w, learner])
+        now = spans, time_left[w], raw
+        observe_in_world(fields, learners, scaling, now, modes[w], rows, w)
+
+
+@row_template
+def observe_in_world(  # noqa: PLR0913 what is read, what is written, and where
+    fields: Fields,
+    learners: Int64[Array, " learners"],
+    scaling: Scaling,
+    beside: tuple[Int64[Array, "features 2"], float, Rows],
+    mode: int,
+    rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
+    w: int,
+) -> None:
+    """Write what every learner of a world observes, as `observe` says of each.
+
+    Free names: lanes, add_features.
+    """
+    spans, time_left, raw = beside
+    seen, kept, out = rows
+    read_fields(fields, w, learners, seen[w])
+    for learner in range(lane(), learners.shape[0], lanes()):
+        row, action, i = seen[w, learner], raw[w, learner], learners[learner]
+        if mode == BEGINS:
+            for k in range(action.shape[0]):
+                action[k] = 0.0
+        if scaling[0] >= 0:
+            write_direction(row, scaling[0], scaling[1], scaling[2])
+        add_features(spans, i, fields[4], time_left, action, row)
+        if scaling[3].shape[0] > 0:
+            normalise_row(row, scaling[3], scaling[4])
+        if kept.shape[2] > 0:
+            update_frames(kept[w, learner], row, mode, out[w, learner])
 
 
 @inlined

@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 from gymnasium.error import ResetNeeded
 
-from swarm_forage_env.arrays import Array, Bool, Float64, Int64
+from swarm_forage_env.arrays import Array, Bool, Float64, Int64, UInt64
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import BaseScenario, leaves, override, resolve
-from swarm_forage_env.random_streams import checked_seed, drawn_seed
+from swarm_forage_env.random_streams import (
+    checked_seed,
+    draw_seeds,
+    generator_of,
+    start_seed_streams,
+)
 from swarm_forage_env.randomise import Randomisation
 
 Seeds = int | Sequence[int | None] | None
@@ -42,12 +47,22 @@ class Episodes:
             name: np.zeros(n_worlds) for name in self._randomisation.ranges
         }
         """The number of each world's episode that was drawn, by name."""
-        self.generators = [np.random.default_rng() for _ in range(n_worlds)]
-        """Of the seeds of each world's episodes for which none is given."""
+        self.streams: UInt64[Array, "worlds 4"] = np.zeros((n_worlds, 4), np.uint64)
+        """Of the seeds of each world's episodes for which none is given: as `pcg64` has them."""
+        self._roots: UInt64[Array, " worlds"] = np.zeros(n_worlds, np.uint64)
         self.steps: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
         """Decisions in each world since its episode began."""
         self.ends: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
         """Decisions after which its episode ends; 0 before the first one."""
+        self.is_ahead = False
+        """Streams or decisions were set, of which a GPU that counts them itself knows nothing."""
+        self._is_other = np.zeros(n_worlds, np.bool_)
+        self.seed([None] * n_worlds)
+
+    @property
+    def generators(self) -> list[np.random.Generator]:
+        """Copies of the streams, as generators of NumPy that draw the same."""
+        return [*map(generator_of, self._roots.tolist(), self.streams)]
 
     @property
     def extremes(self) -> list[BaseScenario]:
@@ -92,20 +107,49 @@ class Episodes:
         base = self.scenario_under(options)
         self._restart(self._drawn_where_none(seeds, chosen), chosen, base)
         self.steps[chosen], self.ends[chosen] = 0, n_steps
+        self._is_other[chosen], self.is_ahead = base is not self._scenario, True
         return chosen
+
+    @property
+    def are_alike(self) -> bool:
+        """Every next episode has the numbers of the one before it, and only another seed."""
+        return not self.drawn and not self._is_other.any()
+
+    def follow_on(self, n_steps: int) -> Bool[Array, " worlds"]:
+        """Count the episodes that a GPU has begun where one was over; returns where."""
+        over = self.is_over
+        which = np.flatnonzero(over)
+        draw_seeds(which, self.streams, np.zeros(len(which), np.uint64))
+        self.steps[which], self.ends[which] = 0, n_steps
+        return over
+
+    def seed(self, seeds: Sequence[int | None]) -> None:
+        """Start the stream of each world's seeds: of None with a seed that nobody knows."""
+        if None in seeds:
+            unknown = np.random.SeedSequence().generate_state(len(seeds), np.uint64).tolist()
+            seeds = [new if own is None else own for own, new in zip(seeds, unknown, strict=True)]
+        self._start(np.asarray(seeds, np.uint64), np.arange(len(seeds)))
 
     def stagger(self) -> None:
         """Let these episodes end one after the other, evenly spread over an episode's time."""
         share = np.arange(1, len(self.ends) + 1) / len(self.ends)
         self.ends[:] = np.maximum(1, np.ceil(share * self.ends))
+        self.is_ahead = True
 
     def snapshot(self) -> object:
         """What a later `restore` needs."""
-        return deepcopy((self.drawn, self.generators, self.steps, self.ends))
+        return deepcopy((self.drawn, self._numbers))
 
     def restore(self, snapshot: object) -> None:
         """Go on as when the snapshot was taken."""
-        self.drawn, self.generators, self.steps, self.ends = deepcopy(parts_of(snapshot, 4))
+        self.drawn, numbers = deepcopy(parts_of(snapshot, 2))
+        for here, kept in zip(self._numbers, numbers, strict=True):
+            here[...] = kept
+        self.is_ahead = True
+
+    @property
+    def _numbers(self) -> tuple[Array, ...]:
+        return self.streams, self._roots, self.steps, self.ends, self._is_other
 
     def scenario_under(self, options: Mapping[str, object]) -> BaseScenario:
         """The scenario of an episode under some options; ConfigError for what does not fit it."""
@@ -121,28 +165,37 @@ class Episodes:
         return override(self._scenario, numbers, OPTION)
 
     def _restart(
-        self, seeds: Sequence[int], chosen: Int64[Array, " chosen"], base: BaseScenario
+        self,
+        seeds: UInt64[Array, " chosen"],
+        chosen: Int64[Array, " chosen"],
+        base: BaseScenario,
     ) -> None:
         usual = self._randomisation
         drawn = usual if base is self._scenario else Randomisation(base, usual.ranges)
-        episodes = [drawn.draw(seed) for seed in seeds]
-        scenarios = [scenario for scenario, _ in episodes]
+        episodes = [drawn.draw(seed) for seed in seeds.tolist()] if usual.ranges else []
+        scenarios = [scenario for scenario, _ in episodes] or [base] * len(chosen)
         before = [self._loop.world.scenarios[world] for world in chosen]
-        self._loop.reset(seeds, chosen.tolist(), None if scenarios == before else scenarios)
-        for world, (_, numbers) in zip(chosen, episodes, strict=True):
+        self._loop.reset(
+            seeds.tolist(), chosen.tolist(), None if scenarios == before else scenarios
+        )
+        for world, (_, numbers) in zip(chosen, episodes, strict=bool(episodes)):
             for name, number in numbers.items():
                 self.drawn[name][world] = number
 
+    def _start(self, seeds: UInt64[Array, " chosen"], chosen: Int64[Array, " chosen"]) -> None:
+        self._roots[chosen], self.is_ahead = seeds, True
+        start_seed_streams(seeds, chosen, self.streams)
+
     def _drawn_where_none(
-        self, seeds: Sequence[int | None], chosen: Int64[Array, " chosen"]
-    ) -> list[int]:
-        for world, seed in zip(chosen, seeds, strict=True):
-            if seed is not None:
-                self.generators[world] = np.random.default_rng(seed)
-        return [
-            drawn_seed(self.generators[world]) if seed is None else seed
-            for world, seed in zip(chosen, seeds, strict=True)
-        ]
+        self, given: Sequence[int | None], chosen: Int64[Array, " chosen"]
+    ) -> UInt64[Array, " chosen"]:
+        is_given = np.array([each is not None for each in given], np.bool_)
+        seeds = np.array([each or 0 for each in given], np.uint64)
+        self._start(seeds[is_given], chosen[is_given])
+        others = np.zeros(len(chosen) - is_given.sum(), np.uint64)
+        draw_seeds(chosen[~is_given], self.streams, others)
+        seeds[~is_given] = others
+        return seeds
 
 
 def checked_options(options: object) -> Mapping[str, object]:
@@ -171,7 +224,7 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
     is_single = isinstance(seed, np.ndarray) and seed.ndim == 0
     if is_single or not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
         first = checked_seed(seed)
-        return [checked_seed(first + world) for world in range(n)]
+        return range(first, checked_seed(first + n - 1) + 1) if n else []
     if len(seed) != n:
         raise ConfigError(f"seed={seed!r}: must be {n}, one for each world")
     return [None if own is None else checked_seed(own) for own in seed]

@@ -207,7 +207,9 @@ class Observing:
         self._spans = memory.to_device(np.array(spans, np.int64).reshape(-1, 2))
         self._none = memory.to_device(np.zeros(rows[0]))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
-        self._observe = place.kernel(observe, {"add_features": add})
+        self.functions = {"add_features": add}
+        """What the templates that observe have free names for."""
+        self._observe = place.kernel(observe, self.functions)
 
     def __call__(
         self,
@@ -221,10 +223,8 @@ class Observing:
         to those of a world that RUNS one is added. The share of the episode that is left is asked
         for where something is observed beside the layer.
         """
-        memory, n_frames = self._place.memory, self._kept.shape[2]
-        seen = memory.empty(self._seen, np.float32)
-        out = memory.empty(self._stacked, np.float32) if n_frames else seen
-        left = self._none
+        memory, left = self._place.memory, self._none
+        seen, out = self.room()
         if self._observer.parts:
             share = time_left()
             left = memory.to_device(share)
@@ -234,6 +234,17 @@ class Observing:
         rows = seen, self._kept, out
         self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
         return out
+
+    def room(self, *axes: int) -> tuple[PlacedArray, PlacedArray]:
+        """New arrays for what is observed, without and with the frames before; or one for both."""
+        empty, n_frames = self._place.memory.empty, self._kept.shape[2]
+        seen = empty((*axes, *self._seen), np.float32)
+        return seen, empty((*axes, *self._stacked), np.float32) if n_frames else seen
+
+    @property
+    def handed(self) -> tuple[Any, ...]:
+        """Where observations lie, how they are scaled, spans of what is beside them, and frames."""
+        return self._fields, self._scaling, self._spans, self._kept
 
     def snapshot(self) -> tuple[Array, Array]:
         """The frames and the streams: what a later `restore` needs."""

@@ -30,7 +30,7 @@ class PolicyForm:
 
         ConfigError or UnknownNameError for keywords that the scenario's task does not have.
         """
-        scenario, *_ = scenarios
+        self.scenario = scenario = scenarios[0]
         self.task = task_of(scenario)
         if config.learn not in self.task.policies:
             raise UnknownNameError("layer to learn", config.learn, self.task.policies)

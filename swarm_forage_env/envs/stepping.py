@@ -47,6 +47,10 @@ class Ticks:
                 self._worlds.step()
                 total += self._reward.in_tick()
             earned[...] = total
+        self.count()
+
+    def count(self) -> None:
+        """Count a step that was run."""
         self._episodes.steps += 1
         self.ticks += self._n_ticks * len(self._episodes.steps)
 

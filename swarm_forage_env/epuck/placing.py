@@ -35,6 +35,20 @@ CAUSES = tuple(map(int, SOURCES))
 
 
 @kernel
+def place_swarms(
+    radius: float,
+    apart: float,
+    streams: UInt64[Array, "worlds robots"],
+    out_poses: Float64[Array, "worlds robots 3"],
+) -> int:
+    """Put the robots of every world into its circle; the fewest of a world that found a place."""
+    fewest = out_poses.shape[1]
+    for w in range(out_poses.shape[0]):
+        fewest = min(fewest, place_in_circle(radius, apart, streams[w], out_poses[w]))
+    return int(fewest)
+
+
+@kernel
 def place_in_circle(
     radius: float,
     apart: float,

@@ -39,7 +39,7 @@ TICK: Mapping[str, Kernel] = {
 }
 """What `run_ticks` has free names for on a CPU; a task adds its functions."""
 
-place_in_circle = entry_point(placing.place_in_circle)
+place_swarms = entry_point(placing.place_swarms)
 cells_of = entry_point(neighbours.cells_of)
 
 
@@ -238,11 +238,10 @@ def _first_poses(
     """Where the robots of a world of each seed start; ConfigError if they find no room."""
     task, poses = scenario.task, np.zeros((len(seeds), scenario.task.n_robots, 3))
     places = streams(seeds, task.n_robots, NoiseSource.PLACE).reshape(poses.shape[:2])
-    for own, pose in zip(places, poses, strict=True):
-        placed = place_in_circle(task.start_radius, 2.0 * scenario.robot.radius, own, pose)
-        if placed < task.n_robots:
-            raise ConfigError(
-                f"task.n_robots={task.n_robots}: only {placed} found a place in the start circle of"
-                f" radius {task.start_radius} m; enlarge task.start_radius"
-            )
+    placed = place_swarms(task.start_radius, 2.0 * scenario.robot.radius, places, poses)
+    if placed < task.n_robots:
+        raise ConfigError(
+            f"task.n_robots={task.n_robots}: only {placed} found a place in the start circle of"
+            f" radius {task.start_radius} m; enlarge task.start_radius"
+        )
     return poses

@@ -22,6 +22,10 @@ EVALUATE = "evaluate", "es1", "nc"
 
 REFUSED = [
     (("evaluate", "es4", "nc"), "named 'es4', did you mean 'es1', 'es2' or 'es3'?"),
+    (("evaluate", "ES1", "nc"), "no scenario named 'ES1', did you mean 'es1'?"),
+    (("evaluate", "SwarmForage/ES1-v2", "nc"), "'SwarmForage/ES1-v2', did you mean 'es1'?"),
+    (("evaluate", "nc", "es1"), "'nc': it is a controller, and the scenario comes first"),
+    (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; one is run"),
     (("evaluate", "missing.toml", "nc"), "scenario file missing.toml: No such file or directory"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),
     (("evaluate", "es1", "ssgif"), "named 'ssgif', did you mean 'ssgiff' or 'ssgikf'?"),

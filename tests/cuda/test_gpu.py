@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from swarm_forage_env import ConfigError, array_env, device_loop
+from swarm_forage_env.compiler import _bound_grid
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.foraging.metrics import (
     knows_both_areas_share,
@@ -172,6 +173,37 @@ def test_episodes_are_equivalent_to_those_of_a_cpu(scenario, controller):
         assert -margin * mine.mean() <= low <= high <= margin * mine.mean(), name
 
 
+def test_kept_machine_code_runs(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    found = []
+    for hits in (0, 1):
+        _bound_grid.cache_clear()
+        there = DeviceLoop(loop_of("es1", "nc", range(3)))
+        there.step()
+        assert sum(there._run.stats.cache_hits.values()) == hits
+        found.append(there.download().world.robots.copy())
+    check_same_bits(*found)
+
+
+def test_worlds_that_begin_anew_in_a_step_are_those_that_are_reset_after_it():
+    terms = {"device": "cuda", "n_worlds": 9, "physics": "kinematic", "max_cycles": 4}
+    one, two = (array_env("es1", stagger=True, stack=2, shaping=0.5, **terms) for _ in range(2))
+    actions = one.memory.to_device(np.full((9, 10, 2), 0.3, np.float32))
+    one.reset(seed=5), two.reset(seed=5)
+    room = None
+    for _ in range(10):
+        final, rewards, *_ = one.step(actions)
+        step = two.step_and_reset(actions, room)
+        room = step.room
+        np.testing.assert_array_equal(one.is_over, step.is_over)
+        for mine, his in ((final, step.final), (rewards, step.rewards)):
+            np.testing.assert_array_equal(mine.copy_to_host(), his.copy_to_host())
+        if one.is_over.any():
+            final, _ = one.reset(worlds=one.is_over)
+        np.testing.assert_array_equal(final.copy_to_host(), step.observations.copy_to_host())
+    check_same_bits(one.download().world.robots, two.download().world.robots)
+
+
 def test_tensors_of_torch_go_in_and_come_out_without_a_copy():
     torch = pytest.importorskip("torch")
     if not torch.cuda.is_available():
@@ -184,8 +216,9 @@ def test_tensors_of_torch_go_in_and_come_out_without_a_copy():
     told = env.step(actions)
     kinds = [torch.as_tensor(each, device="cuda").dtype for each in told[:4]]
     assert kinds == [torch.float32, torch.float64, torch.bool, torch.bool]
+    env.step(torch.full_like(actions, float("nan")))
     with pytest.raises(ConfigError, match="actions of world 7"):
-        env.step(torch.full_like(actions, float("nan")))
+        env.check()
 
 
 def test_a_step_in_a_stream_of_torch_waits_for_what_was_asked_before_it():
@@ -251,6 +284,28 @@ def test_ppo_in_tensors_learns_on_the_gpu():
         assert new.is_cuda
         assert torch.isfinite(new).all()
         assert (new.cpu() != old.cpu()).any()
+
+
+def test_an_update_of_ppo_as_graphs_is_the_update():
+    torch = pytest.importorskip("torch")
+    if not torch.cuda.is_available():
+        pytest.skip("torch is built for a CPU")
+    from training.actor_critic import ActorCritic
+    from training.ppo_learner import PPOHyperparameters, PPOLearner
+    from training.tensor_vec_env import TensorVecEnv
+
+    learned = []
+    for is_graph in (False, True):
+        env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=8, physics="kinematic")])
+        torch.manual_seed(0)
+        policy = ActorCritic(len(env.observation_layout), 2)
+        learner = PPOLearner(env, policy, PPOHyperparameters(n_steps=16, n_minibatches=7))
+        if not is_graph:
+            learner._learn = learner._learn_from
+        learner.learn(3 * 16 * 10 * env.n_rows, seed=1)
+        learned.append(learner.state())
+    for name, array in learned[0].items():
+        np.testing.assert_allclose(learned[1][name], array, rtol=1e-4, atol=1e-5, err_msg=name)
 
 
 def test_a_candidate_among_many_has_the_round_trips_that_it_has_alone(tmp_path):

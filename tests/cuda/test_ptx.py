@@ -22,6 +22,7 @@ from swarm_forage_env.envs.extra_observations import (
     write_robot_id,
     write_time_left,
 )
+from swarm_forage_env.envs.whole_decision import decide_at_once
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
@@ -156,8 +157,12 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     beside = np.zeros((4, 2), np.int64), pair[:, 0].copy(), actions
     scaling = 0, 40, True, row, row > 0
     steps = [
-        (kernels.check_numbers, {}, (actions, (row, row), TROUBLE, both)),
-        (kernels.check_choices, {}, (choices, 5, TROUBLE, both)),
+        (
+            kernels.check,
+            {"check_actions": kernels.check_numbers},
+            (actions, (row, row), TROUBLE, both),
+        ),
+        (kernels.check, {"check_actions": kernels.check_choices}, (choices, 5, TROUBLE, both)),
         (kernels.take, numbers, (fields, learners, actions, form, actions, pair, both)),
         (
             kernels.take,
@@ -179,6 +184,40 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
         steps.append((kernels.write_acts, {}, (minds, learners, pair, both)))
     for template, functions, arguments in steps:
         assert ".entry" in ptx(bind_grid(template, functions), *arguments)
+
+
+@pytest.mark.parametrize("learn", ["motion", "everything"])
+def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
+    loop = loop_of("policy" if learn == "everything" else "ssgikf")
+    world, layers, task = loop.world, loop.controller.compiled, loop.task.gpu
+    arrays = world.arrays, tuple(map(np.ascontiguousarray, layers.arrays))
+    robots, minds = world.robots, arrays[1][0]
+    n_worlds, n_robots = robots.shape
+    learners, rewards = np.arange(n_robots), np.zeros((2, n_worlds, n_robots))
+    actions = np.zeros((n_worlds, n_robots, len(LEARNABLE[learn].action)), np.float32)
+    row, frames = np.zeros(60, np.float32), np.zeros((n_worlds, n_robots, 2, 60), np.float32)
+    seen, stacked = (np.zeros((2, n_worlds, n_robots, n), np.float32) for n in (60, 120))
+    fields = words_of(robots), words_of(minds), words_of(robots), np.zeros((3, 4), np.uint64), 10
+    words, times = np.zeros((n_worlds, 4), np.uint64), np.arange(n_worlds)
+    places = np.zeros(robots.shape, np.uint64), np.zeros((*robots.shape, 3))
+    starts = world.robots[0], *layers.firsts, words[:, 0].copy(), *places
+    functions = {
+        **world.functions, **layers.functions, **task.functions, "place_world": task.place,
+        "write_raw": kernels.raw_of_numbers, "command": drive_to_wheels,
+        "check_actions": kernels.check_numbers, "potential": potential,
+        "add_features": kernels.add_nothing,
+    }  # fmt: skip
+    arguments = (
+        (*arrays, world.trouble),
+        (fields, learners, actions, (actions[0], 0, 0, 0.3), actions, (row, row)),
+        (rewards, (0.9, 0.5, True), rewards[0]),
+        (fields, (0, 40, True, row, row > 0), np.zeros((4, 2), np.int64), frames),
+        (times, times, words), starts, (10, 2, 360, 64),
+        (rewards, seen, stacked, times > 0), (0, n_worlds),
+    )  # fmt: skip
+    text = ptx(bind_grid(decide_at_once, functions), *arguments)
+    assert text.count(".entry") == 1
+    assert "fma.rn" not in text
 
 
 @pytest.mark.parametrize("controller", ["nc", "policy"])

@@ -102,8 +102,16 @@ def drawn(*shape):
     return rng.uniform(space.low, space.high, (*shape, *space.shape)).astype(np.float32)
 
 same(cpu.reset(seed=5), gpu.reset(seed=5))
-for step in range(5):
+room = None
+for step in range(7):
     actions = drawn(cpu.n_worlds, len(cpu.learners))
+    if step % 3 == 2:  # worlds that end begin anew in the same launch
+        mine = cpu.step_and_reset(actions)
+        his = gpu.step_and_reset(gpu.memory.to_device(actions), room)
+        same((*mine[:4], {}), (*his[:4], {}))
+        assert room is None or his.room is room
+        room = his.room
+        continue
     same(cpu.step(actions), gpu.step(gpu.memory.to_device(actions)))
     over = cpu.is_over
     assert (gpu.is_over == over).all()
@@ -117,12 +125,18 @@ for mine, his in (
     (cpu.loop.controller.minds, there.loop.controller.minds),
 ):
     check_same_bits(mine, his)
+if gpu.is_over.any():
+    gpu.reset(worlds=gpu.is_over)
+kept, before = gpu.snapshot(), gpu.world.robots[1].copy()
 actions[1] = space.n if is_discrete else np.nan
+gpu.step(gpu.memory.to_device(actions))
 try:
-    gpu.step(gpu.memory.to_device(actions))
+    gpu.check()
 except ValueError as error:
     print(error)
-np.testing.assert_array_equal(cpu.log(), on_cpu(gpu.download().log()))
+check_same_bits(before, gpu.world.robots[1])  # the world has stood still
+gpu.restore(kept)
+gpu.reset(worlds=[1], seed=9), cpu.reset(worlds=[1], seed=9)
 np.testing.assert_array_equal(cpu.state(), gpu.state())
 kept, after = gpu.snapshot(), []
 for _ in range(2):  # what was done is undone, and done again

@@ -118,8 +118,7 @@ def test_every_launch_and_copy_is_in_the_stream_that_was_chosen():
     asked, _, names = later.partition("] [")
     assert asked == "[77"
     for each in (
-        "check_numbers", "take", "run_ticks", "write_potentials", "credit", "observe",
-        "write_log", "begin_worlds", "to_device",
+        "decide_at_once", "run_ticks", "observe", "write_log", "begin_worlds", "to_device",
         "device_array", "copy_to_host", "copy_to_device",
     ):  # fmt: skip
         assert f"'{each}'" in names, each

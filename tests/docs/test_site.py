@@ -55,7 +55,8 @@ def opened(browser, address):
     for context in contexts:
         context.close()
     assert requests
-    assert not [url for url in requests if not url.startswith((address, "data:", "blob:"))]
+    own = address, SITE.as_uri(), "data:", "blob:"
+    assert not [url for url in requests if not url.startswith(own)]
     assert not complaints
 
 
@@ -70,9 +71,10 @@ def test_no_page_scrolls_sideways(opened, address, width):
     assert not wide
 
 
-def test_the_site_can_be_searched(opened, address):
+@pytest.mark.parametrize("is_served", [True, False])
+def test_the_site_can_be_searched(opened, address, is_served):
     tab = opened(viewport={"width": 1280, "height": 900})
-    tab.goto(address)
+    tab.goto(address if is_served else f"{SITE.as_uri()}/index.html")
     tab.fill("input[name=query]", "round trip")
     tab.wait_for_selector(".md-search-result__item")
 

@@ -1,8 +1,8 @@
 """Keywords of environments in editors: what a type checker takes is what environments take."""
 
 import re
-import shutil
 import subprocess
+import sys
 from pathlib import Path
 from typing import get_args, get_type_hints
 
@@ -44,16 +44,13 @@ def names_in(hint):
 @pytest.mark.parametrize(
     ("checker", "refusal"),
     [
-        ("mypy", r"typed_keywords\.py:(\d+): error"),
-        ("pyright", r"typed_keywords\.py:(\d+):\d+ - error"),
+        (["mypy"], r"typed_keywords\.py:(\d+): error"),
+        (["basedpyright", "--pythonpath", sys.executable], r"typed_keywords\.py:(\d+):\d+ - error"),
     ],
 )
 def test_a_type_checker_refuses_misspelt_keywords_of_every_api_and_nothing_else(checker, refusal):
-    if shutil.which(checker) is None:
-        pytest.skip(f"{checker} is not on the PATH")
-    told = subprocess.run(
-        [checker, CALLS], cwd=REPOSITORY, capture_output=True, text=True, check=False
-    )
+    command = [Path(sys.executable).with_name(checker[0]), *checker[1:], CALLS]
+    told = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
     lines = CALLS.read_text(encoding="utf-8").splitlines()
     marked = {number for number, line in enumerate(lines, 1) if "# refused" in line}
     assert set(map(int, re.findall(refusal, told.stdout))) == marked, told.stdout

@@ -58,7 +58,7 @@ def refused() -> None:
     parallel_env("es1", stack="2")  # refused
     raw_env("es1", stak=2)  # refused
     env("es1", learn="motions")  # refused
-    ArrayEnv("es1", 4, shapin=1.0)  # refused
+    ArrayEnv("es1", 4, walks=True)  # refused
     ArrayEnv("es1", 4, device="cude")  # refused
     array_env("es1", n_world=4)  # refused
     LearnerEnv(scenario="near", learn="motions")  # refused

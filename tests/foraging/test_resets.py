@@ -129,9 +129,9 @@ def _as_list(scenarios):
 
 
 def test_a_world_without_room_to_start_is_refused_before_anything_changes(monkeypatch):
-    block, place = Loop(busy(), CONTROLLER, SEEDS), world.place_in_circle
-    before, rooms = block.world.robots.tobytes(), iter([10, 10, 9])
-    monkeypatch.setattr(world, "place_in_circle", lambda *where: min(place(*where), next(rooms)))
+    block = Loop(busy(), CONTROLLER, SEEDS)
+    before = block.world.robots.tobytes()
+    monkeypatch.setattr(world, "place_swarms", lambda *where: 9)
     with pytest.raises(ConfigError, match="only 9 found a place"):
         block.reset([1, 2, 3])
     assert block.world.robots.tobytes() == before

@@ -83,8 +83,7 @@ class ForagingLoop(Loop):
 
     def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
         """Sense and observe by the stages that ticks use, so that no other kernel is compiled."""
-        for world, seed in zip(which, seeds, strict=True):
-            self.controller.reset(world, seed)
+        self.controller.reset(0, len(which), seeds)
         self.world.sense_first()
         self.run_stages("observe")
 

@@ -1,78 +1,111 @@
-"""The claims, the table and the figure on boids where robots forage."""
+"""The pairs, the claims and the tables on boids that forage."""
 
-from baselines.papers.boids_foraging import boids_foraging, table
+import numpy as np
+import pytest
+
+from baselines.estimators.path_covariance import (
+    N_MOMENTS,
+    add_noise,
+    error_constant,
+    propagate,
+    worst_deviation,
+)
+from baselines.evaluation.experiment_config import find_layered_controller
+from baselines.papers.boids_foraging import (
+    DEVIATION,
+    ESTIMATORS,
+    MOTIONS,
+    PATH,
+    across_estimators,
+    across_motions,
+    boids_foraging,
+    localisation_error,
+    pair,
+    table,
+)
 from baselines.papers.experiments import round_trips
+from swarm_forage_env.scenarios import find_scenario
 
-FORAGING = """\
-subsumption above boids-goal, social odometry
-subsumption above boids-static, social odometry
-subsumption above boids-adaptive, social odometry
-social odometry above covariance intersection, subsumption
-social odometry above decentralised EKF, subsumption
-social odometry above dead reckoning, subsumption
-adaptive above static boids, social odometry
+CLAIMS = """\
+: SGIKF above dead reckoning, every motion
+: SGIKF above covariance intersection, every motion
+: SGIFF above SGIKF, every motion
+, localisation error: dead reckoning above covariance intersection, every motion
+: subsumption above boids-goal, every estimator
+: boids-goal above boids-adaptive, every estimator
+: boids-adaptive above boids-static, every estimator
+: learned-motion above subsumption, every estimator
+, localisation error: boids-goal above boids-adaptive, every estimator
 """
-PAIRS = [
-    *(("subsumption:estimator=social_odometry", f"boids-{rule}:estimator=social_odometry")
-      for rule in ("goal", "static", "adaptive")),
-    *(("subsumption:estimator=social_odometry", f"subsumption:estimator={name}")
-      for name in ("covariance_intersection", "decentralised_ekf", "dead_reckoning")),
-    ("boids-adaptive:estimator=social_odometry", "boids-static:estimator=social_odometry"),
-]  # fmt: skip
 
 
-def test_each_layer_is_held_against_the_others_in_every_arena():
-    paper = boids_foraging()
-    found = {
-        each.text: ([(one.controller, other.controller) for one, other in each.pairs],
-                    {side.scenario for pair in each.pairs for side in pair}, each.metric)
-        for each in paper.claims
-    }  # fmt: skip
-    assert found == {
-        f"{arena}: {line}": ([pair], {arena}, round_trips)
-        for arena in ("es1", "es2", "es3")
-        for line, pair in zip(FORAGING.splitlines(), PAIRS, strict=True)
+def layers(experiment):
+    return experiment.configuration(None).controller.layers
+
+
+def test_each_claim_is_asked_for_over_all_layers_of_the_other_kind():
+    estimators, motions = across_motions(), across_estimators()
+    for orders, kind in ((estimators, "motion"), (motions, "estimator")):
+        assert [order.text for order in orders] == [
+            f"{arena}{line}"
+            for arena in ("es1", "es2")
+            for line in CLAIMS.splitlines()
+            if line.endswith(kind)
+        ]
+    assert estimators[0].pairs == tuple(
+        (pair("es1", each, "SGIKF"), pair("es1", each, "dead reckoning")) for each in MOTIONS
+    )
+    assert motions[-1].pairs == tuple(
+        (pair("es2", "boids-goal", each), pair("es2", "boids-adaptive", each))
+        for each in ESTIMATORS
+    )
+    assert (estimators[0].metric, motions[-1].metric) == (round_trips, localisation_error)
+    assert boids_foraging().claims == (*estimators, *motions)
+    assert len(boids_foraging().experiments) == 2 * 20
+
+
+@pytest.mark.parametrize(
+    ("motion", "estimator", "name"),
+    [
+        ("subsumption", "SGIKF", "ssgikf"),
+        ("learned-motion", "SGIFF", "learned-motion:beta=0.001"),
+        ("boids-static", "dead reckoning", "boids-static:estimator=dead_reckoning"),
+    ],
+)
+def test_a_pair_has_the_layers_of_the_controller_of_that_name(motion, estimator, name):
+    assert layers(pair("es1", motion, estimator)) == find_layered_controller(name).layers
+
+
+def test_boids_trust_deviations_as_far_as_the_paths_that_bring_them():
+    scenario = find_scenario("es1")
+    step = scenario.robot.cruise_speed * scenario.tick
+    k = error_constant(scenario.sensors.wheel_noise, scenario.robot.cruise_speed, scenario.tick)
+    P = np.zeros(N_MOMENTS)  # noqa: N806 as in the paper
+    for _ in range(round(PATH / step)):
+        propagate(P, step, 0.0)
+        add_noise(P, step, 0.0, k * step, k * step, scenario.robot.axle)
+    assert worst_deviation(P) == pytest.approx(DEVIATION, rel=0.05)
+    for estimator, trust in {"SGIFF": PATH, "covariance intersection": DEVIATION}.items():
+        assert layers(pair("es1", "boids-adaptive", estimator))["motion"].trust == trust
+
+
+def test_the_tables_mark_what_is_better_and_worse_than_ssgikf(episodes):
+    seeds = range(8)
+    results = {
+        each: episodes(each, [100 + k for k in seeds], localisation_error_m=0.1)
+        for each in boids_foraging().experiments
     }
-    assert paper.replications == 30
-    assert len(paper.experiments) == 3 * 4 * 4
-
-
-def test_the_table_of_motions_holds_every_mean_and_the_best_of_an_arena_bold(episodes):
-    paper = boids_foraging()
-    results = {}
-    for experiment in paper.experiments:
-        motion, _, name = experiment.controller.partition(":estimator=")
-        number = 100 * ("subsumption", "boids-goal", "boids-static", "boids-adaptive").index(motion)
-        number += 10 * ("social_odometry", "covariance_intersection", "decentralised_ekf",
-                        "dead_reckoning").index(name)  # fmt: skip
-        results[experiment] = episodes(experiment, [number + int(experiment.scenario[-1])] * 3)
-    varied = next(each for each in paper.experiments if each.scenario == "es2")
-    results[varied] = episodes(varied, [500, 510, 520, 530])
+    high, low, nobody = (pair("es1", "boids-goal", each) for each in list(ESTIMATORS)[1:])
+    results[high] = episodes(high, [200 + k for k in seeds], localisation_error_m=0.2)
+    results[low] = episodes(low, [50 + k for k in seeds], localisation_error_m=0.05)
+    results[nobody] = episodes(nobody, [100 + k for k in seeds], localisation_error_m=None)
     lines = table(results).splitlines()
-    assert lines[:6] == [
-        "| arena | motion | social odometry | covariance intersection | decentralised EKF"
-        " | dead reckoning |",
-        "| --- | --- | --- | --- | --- | --- |",
-        "| es1 | subsumption | 1 | 11 | 21 | 31 |",
-        "| es1 | boids-goal | 101 | 111 | 121 | 131 |",
-        "| es1 | boids-static | 201 | 211 | 221 | 231 |",
-        "| es1 | boids-adaptive | 301 | 311 | 321 | **331** |",
-    ]
-    assert len(lines) == 2 + 3 * 4
-    bold = [line for line in lines if "**" in line]
-    assert len(bold) == 3
-    (best,) = (line for line in bold if line.startswith("| es2 "))
-    assert "**515 (50" in best
-    assert "to 52" in best
-
-
-def test_the_box_plot_of_motions_has_a_panel_for_each_arena():
-    (figure,) = boids_foraging().figures
-    assert list(figure.panels) == ["es1", "es2", "es3"]
-    for arena, panel in figure.panels.items():
-        assert list(panel) == ["social\nodometry", "covariance\nintersection",
-                               "decentralised\nEKF", "dead\nreckoning"]  # fmt: skip
-        for series in panel.values():
-            assert list(series) == ["subsumption", "boids-goal", "boids-static", "boids-adaptive"]
-            assert {each.scenario for each in series.values()} == {arena}
-    assert (figure.axes, figure.metric) == (("", "round trips"), round_trips)
+    (row, errors) = (line for line in lines if line.startswith("| es1 | boids-goal |"))
+    cells = [cell.strip() for cell in row.split("|")[3:-1]]
+    assert [cell.partition(" ")[0] for cell in cells] == ["104", "**204", "54", "104"]
+    assert [cell[-1] for cell in cells] == [")", "*", "†", ")"]
+    assert errors.endswith("| 10.0 (10.0 to 10.0) | 20.0 (20.0 to 20.0) † "
+                           "| **5.0 (5.0 to 5.0)** | - |")  # fmt: skip
+    (ratios,) = (line for line in lines if line.startswith("| es1: subsumption above boids-goal |"))
+    assert [cell.strip()[-1] for cell in ratios.split("|")[2:-1]] == [")", "†", "*", ")"]
+    assert "**1.93 (" in ratios

@@ -16,10 +16,10 @@ from baselines.papers.claim_types import (
     Order,
     Ratio,
     Share,
-    _both,
     above,
     claim_result,
     estimate,
+    present_pairs,
     within,
 )
 from baselines.papers.experiments import Experiment, Pool, round_trips
@@ -88,7 +88,7 @@ def test_seeds_under_which_either_number_is_missing_are_left_out(episodes):
     def metric(episode):
         return numbers[Experiment(episode.scenario, episode.controller), episode.seed]
 
-    assert _both(results, A, B, metric) == ([1.0], [5.0])
+    assert present_pairs(results, A, B, metric) == ([1.0], [5.0])
 
 
 def test_a_ratio_takes_a_pool_by_its_mean(episodes):

@@ -1,11 +1,13 @@
 """RLlib, new API stack: worlds in one block, and the example; run by `make test-rllib`."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from swarm_forage_env import parallel_env
+from swarm_forage_env.scenarios import find_scenario
 
 pytestmark = [
     pytest.mark.rllib,
@@ -82,6 +84,42 @@ def test_one_policy_trains_on_all_robots(example, small, ray, learn):
     assert math.isfinite(last["learners"]["robot"]["total_loss"])
 
 
+@pytest.mark.parametrize(
+    "keywords",
+    [
+        {"decision_period": 3, "walk": False},
+        {"learn": "weighting", "controller": "dsgiff", "normalise": False, "decision_period": 1},
+        {"learn": "everything", "discrete": (2, 5)},
+    ],
+)
+def test_a_module_is_evaluated_under_the_keywords_of_its_training(
+    example, ray, evaluated, keywords
+):
+    import torch
+    from ray.rllib.utils.spaces.space_utils import unsquash_action
+
+    from training.rllib_env import SavesPolicies, SwarmMultiAgentEnv
+
+    terms = {"scenario": "near", "physics": "kinematic", "max_cycles": 60, **keywords}
+    configured = example("rllib_ppo").configure(1, 2, 60, **terms)
+    algorithm = configured.callbacks(SavesPolicies).build_algo()
+    algorithm.train()
+    algorithm.stop()
+    module, env = algorithm.get_module("robot"), SwarmMultiAgentEnv(configured.env_config)
+    assert repr(env).startswith("<SwarmMultiAgentEnv near: learn=")
+    space, observed = env.action_spaces["epuck_0"], env.reset(seed=7)[0]
+    for _ in range(40):
+        rows = torch.from_numpy(np.array(list(observed.values())))
+        given = module.forward_inference({"obs": rows})["action_dist_inputs"].detach().numpy()
+        chosen = given.argmax(1) if keywords.get("discrete") else given[:, : space.shape[0]]
+        actions = chosen if keywords.get("discrete") else unsquash_action(chosen, space)
+        observed, *_ = env.step(dict(zip(observed, actions, strict=True)))
+    block = env._block.env
+    name = f"torchscript:{Path(algorithm.logdir) / 'robot.pt'}"
+    poses = evaluated(name, find_scenario("near"), 7, 40 * block.config.period)
+    np.testing.assert_allclose(poses, block.world.robots["pose"], atol=1e-3)
+
+
 def test_env_runners_in_other_processes_step_a_block_each(example, small, ray):
     config = example("rllib_ppo").configure(1, 2, 60, learn="motion", max_cycles=60, **small)
     algorithm = config.env_runners(num_env_runners=2).build_algo()
@@ -104,3 +142,4 @@ def test_the_example_trains_and_compares(example, tmp_path, capsys):
     assert "102,400 robot-steps:" in told
     assert "the trained policy:" in told
     assert (tmp_path / "kept" / "rllib_checkpoint.json").is_file()
+    assert (tmp_path / "kept" / "robot.json").is_file()

@@ -185,7 +185,8 @@ def test_a_policy_with_parameters_of_each_robot_is_not_saved(terms, tmp_path):
 
     env = SwarmTorchEnv(**terms)
     n_robots, n_observed = env.observation_spec["epuck", "observation"].shape[1:]
-    net = MultiAgentMLP(n_observed, 2, n_robots, centralized=False, share_params=False)
+    kind = {"centralized": False, "share_params": False}  # codespell:ignore centralized
+    net = MultiAgentMLP(n_observed, 2, n_robots, **kind)
     keys = [("epuck", "observation")], [("epuck", "action")]
     policy = TensorDictModule(nn.Sequential(net, nn.Tanh()), *keys)
     with pytest.raises(ConfigError, match="depend on more than what the robot observes"):

@@ -11,7 +11,8 @@ from numpy.testing import assert_array_equal
 from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from training.ladder import benchmark, cleanrl_trainer, figures, own_trainer
+from training import transitions
+from training.ladder import benchmark, cleanrl_trainer, figures, offline_trainer, own_trainer
 from training.ladder.cards import score_references
 from training.ladder.play import POINTS, Watch, play, random_actions
 from training.ladder.rungs import (
@@ -230,6 +231,44 @@ def test_a_memory_is_kept_from_decision_to_decision_of_one_episode(rung):
     assert (first != later).any(axis=(1, 2)).all()
     assert_array_equal(mixed[0], first[0])
     assert (mixed[1] != later[1]).any()
+
+
+def test_offline_algorithms_learn_and_are_scored_in_the_action_space_of_the_transitions(
+    rung, monkeypatch
+):
+    recorded, played = [], []
+
+    def read(folder):
+        recorded.append(transitions.read(folder))
+        return recorded[0]
+
+    def play(keywords, *given, **chosen):
+        played.append(keywords)
+        return [1.0]
+
+    monkeypatch.setattr(offline_trainer, "read", read)
+    monkeypatch.setattr(benchmark, "play", play)
+    rwr = read_algorithms()["rwr"]
+    dataset = {"policies": ["random", "ssgikf"], "episodes": 2, "learners": 1}
+    small = rwr.model_copy(update={"settings": {**rwr.settings, "dataset": dataset, "batch": 100}})
+    run = benchmark.make(Job(rung, small, 3, 300))
+    assert [point["robot_steps"] for point in run.curve] == [100, 200, 300]
+    assert set(recorded[0]["seed"]) == {10_006, 10_007}
+    assert set(recorded[0]["policy"]) == {"random", "ssgikf"}
+    assert len(recorded[0]["reward"]) == 2 * 2 * 200
+    for keywords in played:
+        assert (keywords["action"], keywords["decision_period"]) == ("wheels", 1)
+        assert (keywords["reflexes"], keywords["walk"]) == (False, False)
+        assert keywords["task.n_robots"] == 3
+    assert len(played) == 2
+
+
+def test_an_algorithm_for_some_rungs_is_run_on_no_others(rung):
+    rwr, ppo = (read_algorithms()[name] for name in ("rwr", "sb3_ppo"))
+    assert [job.algorithm for job in benchmark.jobs_of([rung], [rwr, ppo], 1, None)] == [ppo]
+    assert len(benchmark.jobs_of([read_rungs()["es1"]], [rwr, ppo], 1, None)) == 2
+    with pytest.raises(ConfigError, match="rwr is for es1; name such a rung"):
+        benchmark.jobs_of([rung], [rwr], 1, None)
 
 
 def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys):

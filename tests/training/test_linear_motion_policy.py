@@ -92,7 +92,7 @@ def test_a_new_episode_forgets_how_far_robots_have_searched():
     loop.run(50)
     searched = loop.controller.minds["motion"]["searched"]
     assert (searched > 0.0).all()
-    loop.controller.reset(1, 7)
+    loop.controller.reset(1, 2, [7])
     assert (searched[0] > 0.0).all()
     assert not searched[1].any()
 

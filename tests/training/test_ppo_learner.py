@@ -190,7 +190,7 @@ def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began(
     assert 0 < second.states.any(1).sum() < 8  # an episode ends as the rollout does
     policy = learner.policy
     for rollout in (first, second):
-        values, log_probs = learner._evaluate(rollout, learner._groups(96).flatten())
+        values, log_probs = learner._evaluate_sequences(rollout, learner._groups(96).flatten())
         assert_allclose(values.view(8, 12).T.detach(), rollout.values[:-1], atol=1e-5)
         assert_allclose(log_probs.view(8, 12).T.detach(), rollout.log_probs, atol=1e-4)
         time, row = rollout.ends[:-1].nonzero(as_tuple=True)

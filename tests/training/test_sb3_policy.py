@@ -10,19 +10,19 @@ import random
 import struct
 import tracemalloc
 import zipfile
-from types import SimpleNamespace
 
 import gymnasium as gym
 import numpy as np
 import pytest
 import torch
-from gymnasium.spaces import Discrete
 from sb3_contrib import RecurrentPPO
 from stable_baselines3 import PPO, SAC, TD3
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
 from swarm_forage_env import parallel_env
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
@@ -223,22 +223,21 @@ def test_a_file_may_be_named_without_its_ending(file, tmp_path):
     assert SB3Policy().trust is False
 
 
-def test_numbers_that_differ_from_those_of_the_training_are_all_told():
-    form = SimpleNamespace(layout=[0] * 7, action_space=Discrete(3),
-                           config=SimpleNamespace(learn="motion"))  # fmt: skip
-
-    def model(n_observed, **action):
-        spaces = {"observation_space": {"_shape": [n_observed]}, "action_space": action}
-        return SavedModel(policy_class={}, policy_kwargs={}, **spaces)
-
-    with pytest.raises(ConfigError) as refusal:
-        _check_spaces("m.zip", model(5, _shape=[2]), form)
-    assert str(refusal.value) == (
-        "policy m.zip: maps 5 numbers to 2; under these keywords (learn=motion) there are 7, and"
-        " one of 3 choices. Say what it was trained with, as in"
-        " sb3:m.zip,normalise=false,action=wheels"
-    )
-    _check_spaces("m.zip", model(7, n=3), form)
+@pytest.mark.parametrize(
+    ("n_observed", "action", "told"),
+    [
+        (5, {"_shape": [2]}, r"maps 5 numbers to 2; .*\(learn=motion\) there are 45, and 2\. Say "),
+        (45, {"n": 5}, r"to one of 5 choices; .* as in sb3:m.zip,discrete=true$"),
+        (81, {"_shape": [15]}, r"maps 81 numbers to 15; .* as in sb3:m.zip,learn=everything$"),
+        (90, {"_shape": [2]}, r" as in sb3:m.zip,stack=2$"),
+        (225, {"_shape": [10]}, r"It steers all robots at once, and runs in its own environment"),
+    ],
+)
+def test_a_refusal_names_the_keyword_that_differs(n_observed, action, told):
+    form = PolicyForm([find_scenario("near")], EnvConfig())
+    spaces = {"observation_space": {"_shape": [n_observed]}, "action_space": action}
+    with pytest.raises(ConfigError, match=told):
+        _check_spaces("m.zip", SavedModel(policy_class={}, policy_kwargs={}, **spaces), form)
 
 
 PICKLE = base64.b64encode(pickle.dumps(Intruder())).decode()

@@ -21,6 +21,7 @@ TRAINERS = {
     "cleanrl": "training.ladder.cleanrl_trainer",
     "benchmarl": "training.ladder.benchmarl_trainer",
     "own": "training.ladder.own_trainer",
+    "offline": "training.ladder.offline_trainer",
 }
 """The module that trains by each library: imported where it is used."""
 
@@ -57,13 +58,21 @@ def installed(algorithms: Sequence[Algorithm]) -> list[Algorithm]:
 def jobs_of(
     rungs: Sequence[Rung], algorithms: Sequence[Algorithm], seeds: int, budget: int | None
 ) -> list[Job]:
-    """The easiest rung first, and of it a seed of every algorithm before the next one."""
-    return [
+    """The easiest rung first, and of it a seed of every algorithm before the next one.
+
+    Of algorithms that are for some rungs only those; ConfigError if that leaves none.
+    """
+    jobs = [
         Job(rung, algorithm, seed, budget)
         for rung in rungs
         for seed in range(seeds)
         for algorithm in algorithms
+        if not algorithm.rungs or rung.name in algorithm.rungs
     ]
+    if seeds and not jobs:
+        known = ", ".join(f"{each.name} is for {', '.join(each.rungs)}" for each in algorithms)
+        raise ConfigError(f"--algorithm: {known}; name such a rung, or another algorithm")
+    return jobs
 
 
 def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend, kept: Sequence[Run] = ()) -> None:
@@ -111,7 +120,7 @@ def make(job: Job) -> Run:
         robot_steps=job.robot_steps,
         train_s=watch.curve[-1]["wall_s"],
         curve=watch.curve,
-        scores=play(keywords, watch.best, seeds),
-        scores_by_chance=play(keywords, watch.best, seeds, by_chance=True),
+        scores=play(watch.keywords, watch.best, seeds),
+        scores_by_chance=play(watch.keywords, watch.best, seeds, by_chance=True),
         versions=versions(),
     )

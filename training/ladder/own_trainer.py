@@ -7,7 +7,7 @@ import torch
 
 from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.envs.array_env import ArrayEnv
-from training.actor_critic import RecurrentActorCritic
+from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.experiment import step_seed
 from training.ladder.play import POINTS, Act, Watch
 from training.ladder.rungs import Algorithm, Rung
@@ -35,21 +35,22 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     learner = PPOLearner(env, policy, replace(PRESET.hyperparameters, **changes))
     for part in range(POINTS):
         learner.learn(watch.robot_steps // POINTS, step_seed(seed, part))
-        acting = _acting(policy)
-        watch.evaluate(learner.robot_steps, acting, lambda: _acting(copy.deepcopy(policy)))
+        watch.evaluate(learner.robot_steps, acting(policy), lambda: acting(copy.deepcopy(policy)))
 
 
-def _acting(policy: RecurrentActorCritic) -> Act:
+def acting(policy: ActorCritic) -> Act:
+    """The policy as the test worlds call it; a memory is kept of every robot."""
     states = torch.empty(0)
 
     @torch.no_grad()
     def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
         nonlocal states
         rows = torch.from_numpy(observations).flatten(0, 1)
-        begun = torch.from_numpy(begins.repeat(observations.shape[1]))[:, None]
-        before = torch.zeros(len(rows), policy.n_state) if begins.all() else states
-        states = policy.next_states(rows, torch.where(begun, 0.0, before))
-        actions, _, _ = policy(states) if by_chance else (policy.actor(states), None, None)
+        if isinstance(policy, RecurrentActorCritic):
+            begun = torch.from_numpy(begins.repeat(observations.shape[1]))[:, None]
+            before = torch.zeros(len(rows), policy.n_state) if begins.all() else states
+            rows = states = policy.next_states(rows, torch.where(begun, 0.0, before))
+        actions = policy(rows)[0] if by_chance else policy.actor(rows)
         chosen: Array = actions.clamp(-1.0, 1.0).reshape(*observations.shape[:2], -1).numpy()
         return chosen
 

@@ -101,7 +101,7 @@ class Point(TypedDict):
 class Watch:
     """Scores a policy on held-back seeds while it learns, and keeps the best one."""
 
-    keywords: Keywords  # of the test worlds
+    keywords: Keywords  # of the test worlds, which a trainer changes to how its policies act
     robot_steps: int  # of the whole training
     episodes: int  # of an evaluation
     curve: list[Point] = field(default_factory=list)

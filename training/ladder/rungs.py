@@ -151,13 +151,13 @@ class Algorithm(Parameters):
 
     name: str = Field("", description="That of its file")
     title: str = Field("", description="Its name on figures and pages")
-    trainer: Literal["sb3", "cleanrl", "benchmarl", "own"] = Field(
+    trainer: Literal["sb3", "cleanrl", "benchmarl", "own", "offline"] = Field(
         "sb3", description="The library that trains it"
     )
     algorithm: str = Field("", description="Its name in the library; none: PPO")
     worlds: Count = Field(8, description="Worlds side by side (not BenchMARL)")
     settings: Keywords = Field(
-        default_factory=dict, description="Keywords of PPO, or of BenchMARL's algorithm"
+        default_factory=dict, description="Keywords of PPO, of BenchMARL's algorithm, or of cloning"
     )
     experiment: Keywords = Field(
         default_factory=dict, description="Settings of BenchMARL's experiment that differ"
@@ -166,6 +166,7 @@ class Algorithm(Parameters):
         default_factory=dict, description="Of `parallel_env` in training that differ"
     )
     share: Positive = Field(1.0, description="Of a rung's robot-steps, for a slow one")
+    rungs: tuple[str, ...] = Field((), description="Those that it is for; none: all")
 
 
 @cache

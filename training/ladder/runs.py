@@ -78,7 +78,7 @@ class Job:
             "test": self.rung.test_keywords,
             "episodes": [card.curve_episodes, card.episodes],
             "algorithm": self.algorithm.model_dump(
-                exclude={"title", "share"}, exclude_defaults=True
+                exclude={"title", "share", "rungs"}, exclude_defaults=True
             ),
         }
 

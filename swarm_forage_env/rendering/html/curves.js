@@ -1,4 +1,4 @@
-/* Round trips, and below them the share of robots on the path, or within their ellipse, over time; the past is in colour. */
+/* Round trips, and below them the share of robots on the path, or within their ellipse, over time; what is still to come is faint. */
 const TIME_STEPS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600]; // [s]
 
 const curves = {
@@ -29,6 +29,21 @@ const curves = {
     context.lineTo(now, bottom);
     context.stroke();
     panels.forEach(([, , [top], name]) => this.name(name, top));
+    if (swarms.length > 1) this.key(panels[0][2][0] - 9);
+  },
+
+  /* Which curve is of which controller, from the right end. */
+  key(y) {
+    let x = this.width - this.right;
+    for (const [which, { controller, colour }] of [...swarms.entries()].reverse()) {
+      this.text(controller, x, y, "right");
+      x -= this.context.measureText(controller).width + 6;
+      this.context.beginPath();
+      this.context.moveTo(x - 18, y);
+      this.context.lineTo(x, y);
+      this.stroke(colour, 2, which * gapOfSecond());
+      x -= 32;
+    }
   },
 
   /* The name of a panel, which no line runs through. */
@@ -93,7 +108,10 @@ const curves = {
       this.steps(view.episode[values], y, last);
       strokes(swarm, which).forEach((each) => this.stroke(...each));
     });
-    draw(about.frames - 1, () => [[inks.rule, 1.5]]);
+    const isOne = swarms.length === 1;
+    this.context.globalAlpha = isOne ? 1 : 0.4;
+    draw(about.frames - 1, ({ colour }) => [[isOne ? inks.rule : colour, 1.5]]);
+    this.context.globalAlpha = 1;
     draw(view.last, ({ colour }, which) => [
       ...(isFaint(colour, inks.page) ? [[inks.faint, 3.5]] : []),
       [colour, 2, which * gapOfSecond()],

@@ -1,5 +1,7 @@
 /* The words beside the picture. */
-const HINT = "Point at a robot to see what it believes and hears; click to keep it.";
+const HINT = window.matchMedia("(hover: none)").matches
+  ? "Tap a robot to see what it believes and hears."
+  : "Point at a robot to see what it believes and hears; click to keep it.";
 
 const panel = {
   prepare() {
@@ -94,7 +96,7 @@ const panel = {
 
   card() {
     const card = element("robot-card");
-    element("signs").style.visibility = !about.goals && view.focus === null ? "hidden" : "visible";
+    element("signs").classList.toggle("idle", !about.goals && view.focus === null);
     if (view.focus === null) {
       const hint = document.createElement("p");
       hint.textContent = HINT;

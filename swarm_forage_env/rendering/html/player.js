@@ -183,6 +183,7 @@ async function begin() {
   view.speed = about.speed;
   view.chosen = about.select;
   element("arenas").style.setProperty("--aspect", `${about.length} / ${about.width}`);
+  element("arenas").classList.toggle("several", swarms.length > 1);
   listenToControls();
   listenToCanvases();
   player.setSpeed(view.speed);

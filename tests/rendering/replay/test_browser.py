@@ -47,8 +47,8 @@ def opened(browser, file):
     """Opens the file as a user does; in the end nothing was fetched and nothing complained."""
     contexts, complaints, requests = [], [], []
 
-    def open_(size=DESKTOP, scheme="light", before="", path=file):
-        context = browser.new_context(viewport=size, color_scheme=scheme, offline=True)
+    def open_(size=DESKTOP, scheme="light", before="", path=file, **more):
+        context = browser.new_context(viewport=size, color_scheme=scheme, offline=True, **more)
         contexts.append(context)
         page = context.new_page()
         page.on("console", lambda message: complaints.append(message.text))
@@ -338,6 +338,8 @@ def test_two_swarms_play_side_by_side(opened, compared, scenes, stage):
     boxes = [canvas.bounding_box() for canvas in page.locator("figure canvas").all()]
     assert boxes[0]["x"] + boxes[0]["width"] <= boxes[1]["x"]
     assert boxes[0]["y"] == boxes[1]["y"]
+    aspect = boxes[0]["width"] / boxes[0]["height"]
+    assert aspect == pytest.approx(stage.length / stage.width, rel=0.05), "no gaps"
     scrub(page, 120)
     told = page.locator("#trips span").all_inner_texts()
     assert told == [str(each[1200].total) for each in (scenes, others)]
@@ -373,10 +375,23 @@ def test_whatever_is_of_a_controller_has_its_colour(opened, compared):
     page.evaluate(DRAWN)
     for each in NAMED:
         assert page.evaluate(BARS, each) == ["rgb(136, 34, 85)", "rgb(187, 187, 187)"]
-    scrub(page, 120)
-    shown = Image.open(io.BytesIO(page.locator("#curves").screenshot())).convert("RGB")
-    for colour in (136, 34, 85), (187, 187, 187):
-        assert np.all(np.asarray(shown) == colour, axis=2).sum() > 50, "on the curves"
+    for moment, n_least in ((60, 20), (120, 50)):
+        scrub(page, moment)
+        shown = Image.open(io.BytesIO(page.locator("#curves").screenshot())).convert("RGB")
+        for colour in (136, 34, 85), (187, 187, 187):
+            assert np.all(np.asarray(shown) == colour, axis=2).sum() > n_least, "on the curves"
+
+
+def test_a_tap_chooses_a_robot(opened):
+    page = opened(PHONE, has_touch=True, is_mobile=True)
+    until(page, LOADED)
+    page.evaluate(DRAWN)
+    card, footer = (page.locator(each).bounding_box() for each in ("#robot-card", "footer"))
+    assert "Tap a robot" in page.locator("#robot-card").inner_text()
+    assert footer["y"] - card["y"] - card["height"] < 40, "no gap"
+    ((x, y),) = on_screen(page, [page.evaluate("[robotAt(2).x, robotAt(2).y]")])
+    page.touchscreen.tap(x, y)
+    assert page.evaluate("view.chosen") == 2
 
 
 @pytest.mark.parametrize(
