@@ -21,9 +21,8 @@ OUT.mkdir(parents=True, exist_ok=True)
 
 
 def swarm_forage(*arguments):
-    """Run the command line and print what it prints."""
-    command = [sys.executable, "-m", "training.cli", *map(str, arguments)]
-    print(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    """Run the command line."""
+    subprocess.run([sys.executable, "-m", "training.cli", *map(str, arguments)], check=True)
 
 
 # %% [markdown]
@@ -36,6 +35,7 @@ def swarm_forage(*arguments):
 # %%
 file = OUT / "nc-and-ssgikf.html"
 swarm_forage("watch", "es1", "nc", "ssgikf", "--seed=1", "--seconds", SECONDS, "--html", file)
+print(f"{file}: {file.stat().st_size / 1e6:.1f} MB for {SECONDS} s of two swarms")
 
 # %% [markdown]
 # A still of the same world at the end of these seconds:
