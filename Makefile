@@ -83,7 +83,7 @@ score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 scores: $(READY)  ## the scores that `swarm-forage list` tells: baselines/evaluation/scores.json
 	$(BIN)/python -m baselines.evaluation.scores --workers $(WORKERS)
 
-test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
+test: $(READY)  ## the tests, without those marked slow, reproduces or wheel; some ten minutes on two cores
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
 
 faults: $(READY)  ## bring about faults of each kind; FAULTS=10: a tenth as often

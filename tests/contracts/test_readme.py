@@ -76,7 +76,7 @@ def test_the_badges_say_what_the_project_says():
 @pytest.mark.parametrize(
     "script",
     blocks("python", PAGE),
-    ids=["making", "typing", "batch", "observing", "rewarding", "mixed", "faulty", "running"],
+    ids=["making", "typed", "batch", "observing", "rewarding", "mixed", "faulty", "running"],
 )
 def test_the_page_on_the_environment_runs(script):
     pytest.importorskip("stable_baselines3")
