@@ -1,7 +1,7 @@
 # Every target makes .venv where it is missing, so each works on a fresh clone.
 PYTHON  ?= python3
 WORKERS ?= 2
-EXTRAS  := evaluate,calibrate,render,train,onnx,dev
+EXTRAS  := evaluate,render,train,onnx,dev
 SHORT   := not slow and not reproduces and not wheel and not faults and not site
 FAULTS  ?= 100
 MUTANTS ?= equations weighting estimators statistics claims training learned_layers
