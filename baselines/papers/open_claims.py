@@ -20,25 +20,28 @@ from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.runner import evaluate
 from baselines.papers.claim_types import DecidableClaim
+from baselines.papers.emulator import Draws
 from baselines.papers.experiments import Results
-from baselines.papers.open_prior import Value, configuration, today
+from baselines.papers.open_prior import PRIOR, Value, configuration, today
 from baselines.papers.open_search import (
     OTHERS,
     Measured,
+    chance,
     distance,
     draws_in,
     episodes_in,
-    farness,
     load,
     measure,
     numbers_of,
 )
 from baselines.papers.paper import PAPERS
-from baselines.papers.population import Draws, densities_of, weights_of
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 
 ARENAS = "es1", "es2"
 """Of the search."""
+
+N_PRIOR = 100_000
+"""Draws of the prior that posteriors are weights of."""
 
 CHECK_SEED = 6000
 CHECKED = {"es1": 4, "real": 4, "es2": 1, "es3": 1, "ants2008": 1}
@@ -96,8 +99,10 @@ class Sets:
 
     draws: Draws
     """Where they lie in the unit cube."""
-    weights: Float64[Array, " sets"]
-    """How much of the prior each stands for; nothing for today's, which was not drawn."""
+    prior: Draws
+    """Draws of the prior."""
+    posterior: Float64[Array, "2 draws"]
+    """Their weights in the posterior of es1, and of es1 and es2."""
     numbers: Mapping[str, Float64[Array, "sets numbers"]]
     """Ours of the published numbers, by arena."""
     far: Mapping[str, Float64[Array, " sets"]]
@@ -109,13 +114,8 @@ class Sets:
 
     @property
     def near(self) -> Bool[Array, " sets"]:
-        """Those drawn within the tolerances of es1, all of which were measured in es2."""
-        return np.asarray(np.isfinite(self.far["es2"]) & (self.weights > 0.0))
-
-    @property
-    def nearer(self) -> Bool[Array, " sets"]:
-        """Of these the half that is nearer in es2."""
-        return np.asarray(self.near & (self.far["es2"] <= np.median(self.far["es2"][self.near])))
+        """Those within the tolerances of es1, all of which were measured in es2."""
+        return np.asarray(self.far["es1"] <= 1.0)
 
     @property
     def front(self) -> list[int]:
@@ -129,9 +129,8 @@ def sets_in(file: Path) -> Sets:
     """Judge the sets of a file."""
     table = load(file)
     draws, episodes = draws_in(table), episodes_in(table)
-    densities = densities_of(draws, np.array([farness(each) for each in episodes]))
-    weights = weights_of(draws, densities, len(draws))
-    weights[0] = 0.0
+    prior = np.random.default_rng(0).random((N_PRIOR, len(PRIOR)))
+    es1, es2 = (chance(prior, draws, episodes, arena) for arena in ARENAS)
     numbers = {a: np.array([numbers_of(each, a) for each in episodes]) for a in ARENAS}
     far = {a: np.array([distance(each, a) for each in episodes]) for a in ARENAS}
     done = [{e.arena for e in each if e.controller == OTHERS[0]} for each in episodes]
@@ -140,7 +139,7 @@ def sets_in(file: Path) -> Sets:
         [sum(v for k, v in each.items() if k.startswith(a)) if a in arenas else -1 for a in ARENAS]
         for each, arenas in zip(judged, done, strict=True)
     ]
-    return Sets(draws, weights, numbers, far, judged, np.array(scores))
+    return Sets(draws, prior, np.array([es1, es1 * es2]), numbers, far, judged, np.array(scores))
 
 
 def with_other_arenas(values: Mapping[str, Value]) -> dict[str, Value]:

@@ -37,15 +37,18 @@ from baselines.papers.open_claims import (
     with_other_arenas,
 )
 from baselines.papers.open_prior import PRIOR, Value, place_of, today, values_of
-from baselines.papers.open_search import PUBLISHED, search
+from baselines.papers.open_search import FIRST, PUBLISHED, search
 from baselines.papers.report import left_open
-from swarm_forage_env.arrays import Array, Bool
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically
 
 COMMAND = "python -m baselines.papers.open_numbers"
 FILE = Path("docs/papers/open_numbers.parquet")
 EPISODES = Path("runs/open_numbers/episodes")
-LEFT_OPEN = "open_prior", "open_search", "population", "open_claims"
+LEFT_OPEN = "open_prior", "open_search", "emulator", "open_claims"
+GIVEN = "es1", "es1 and es2"
+"""What a posterior is given."""
+
 GOAL = 10_000
 """Sets that the search is for."""
 
@@ -55,9 +58,9 @@ def cell(value: Value) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value).lower()
 
 
-def posterior_of(sets: Sets, column: int, which: Bool[Array, " sets"]) -> str:
+def posterior_of(sets: Sets, name: str, weights: Float64[Array, " draws"]) -> str:
     """Median and 95 % of the posterior of a number; of a rule, the share of each option."""
-    name, places, weights = list(PRIOR)[column], sets.draws[which, column], sets.weights[which]
+    places = sets.prior[:, list(PRIOR).index(name)]
     if isinstance(PRIOR[name], tuple):
         first = weights[places < 0.5].sum() / weights.sum()
         shares = zip(PRIOR[name], (first, 1.0 - first), strict=True)
@@ -72,12 +75,12 @@ def numbers_table(sets: Sets) -> str:
     """Prior, today's value, posterior, and the value of the best set of each number."""
     best = values_of(sets.draws[sets.front[0]])
     rows = []
-    for column, (name, prior) in enumerate(PRIOR.items()):
+    for name, prior in PRIOR.items():
         ends = prior if isinstance(prior, tuple) else map(float, prior.support())
-        told = [posterior_of(sets, column, which) for which in (sets.near, sets.nearer)]
+        told = [posterior_of(sets, name, weights) for weights in sets.posterior]
         said = " to ".join(map(cell, ends)), cell(today()[name]), *told, cell(best[name])
         rows.append((f"`{name}`", *said))
-    heads = "number", "prior", "today", "es1", "es1, nearer in es2", f"set {sets.front[0]}"
+    heads = "number", "prior", "today", *GIVEN, f"set {sets.front[0]}"
     return markdown(heads, rows)
 
 
@@ -127,14 +130,11 @@ def pairs_table(sets: Sets) -> str:
 def posterior_figure(sets: Sets) -> Figure:
     """The posterior of each number over its prior, which is one everywhere."""
     figure, panels = panel_grid(len(PRIOR), 1.6, 1.15)
-    shown = {"es1": (sets.near, "C0"), "es1, nearer in es2": (sets.nearer, "C1")}
     for column, (axes, name) in enumerate(zip(panels, PRIOR, strict=True)):
         n_bins = 2 if isinstance(PRIOR[name], tuple) else 10
-        for label, (which, colour) in shown.items():
-            weights = n_bins * sets.weights[which] / sets.weights[which].sum()
-            height, edges = np.histogram(
-                sets.draws[which, column], n_bins, (0.0, 1.0), weights=weights
-            )
+        for label, colour, weights in zip(GIVEN, ("C0", "C1"), sets.posterior, strict=True):
+            shares = n_bins * weights / weights.sum()
+            height, edges = np.histogram(sets.prior[:, column], n_bins, (0.0, 1.0), weights=shares)
             axes.stairs(height, edges, label=label, color=colour, linewidth=1.4)
         axes.axhline(1.0, color=FAINT, linewidth=0.7)
         axes.axvline(place_of(today())[column], color=INK, linewidth=0.9, linestyle=":")
@@ -143,22 +143,23 @@ def posterior_figure(sets: Sets) -> Figure:
         axes.set_xticks((0.25, 0.75) if n_bins == 2 else (0.0, 1.0), list(map(cell, ends)))
         axes.set_yticks(())
     words = "Posterior of each open number over its prior; dotted: today's value."
-    caption = Caption(words, f"{sets.near.sum()} of {len(sets.draws)} sets", COMMAND)
-    return finish_figure(figure, panels, caption, shown)
+    caption = Caption(words, f"{len(sets.draws)} sets", COMMAND)
+    return finish_figure(figure, panels, caption, GIVEN)
 
 
 def facts(sets: Sets) -> dict[str, str]:
     """The numbers in the words of the page."""
-    near, weights = sets.near, sets.weights[sets.near]
-    effective = weights.sum() ** 2 / (weights**2).sum()
+    near = sets.near
     totals = [len(claims_of(arena)) for arena in ARENAS]
     front = [f"set {k} {sets.scores[k, 0]} and {sets.scores[k, 1]}" for k in sets.front]
+    whole = sets.scores[:, 1] >= 0
     return {
         "n_numbers": str(len(PRIOR)), "goal": f"{GOAL:,}", "n": f"{len(sets.draws):,}",
-        "near": str(near.sum()), "share": f"{weights.sum() / sets.weights.sum():.1%}",
-        "effective": f"{effective:.0f}", "excludes": f"{min(1.0, 3.0 / effective):.0%}",
-        "whole": str((sets.scores[:, 1] >= 0).sum()),
-        "within": str((sets.far["es2"][near] <= 1.0).sum()),
+        "near": str(near.sum()), "excludes": f"{3.0 / near.sum():.1%}",
+        "whole": str(whole.sum()), "share": f"{sets.posterior[0].mean():.2%}",
+        "even": f"{near[1:FIRST].sum()} of {FIRST - 1}",
+        "within": str((sets.far["es2"] <= 1.0).sum()),
+        "both": f"{sets.posterior[1].sum() / sets.posterior[0].sum():.2%}",
         "least": f"{sets.far['es2'][near].min():.1f}",
         "totals": " and ".join(f"{n} of {a}" for n, a in zip(totals, ARENAS, strict=True)),
         "today": f"{sets.scores[0, 0]} and {sets.scores[0, 1]}", "front": ", ".join(front),

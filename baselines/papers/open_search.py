@@ -4,10 +4,10 @@ A set is measured in es1, without communication and with SGIKF. Its distance is 
 which it misses a published number, in tolerances of that number. It goes on to the other filters,
 and to es2, while its distance is small (`STAGES`).
 
-Later sets are drawn around the nearest so far (`population`), with weights by which all of them
-stand for the prior, and those within a distance for the posterior.
+After the first sets, which fill the prior evenly, an emulator of all so far says how probable a set
+is to lie within the tolerances (`emulator`): later sets are drawn from the prior by that.
 
-Source: TR, Section 6 (published numbers).
+Source: TR, Section 6 (published numbers); Wood2010 (emulated likelihood).
 Not in the paper:
 - a tolerance is twice the standard error of the difference between a mean of 30 episodes and ours,
   with what the printed number is rounded by;
@@ -30,9 +30,9 @@ from scipy.stats import qmc
 
 from baselines.evaluation.console import say
 from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.papers.emulator import Draws, Emulator
 from baselines.papers.experiments import Experiment, Metric, on_path, recruitment_time, round_trips
 from baselines.papers.open_prior import PRIOR, Value, configuration, place_of, today, values_of
-from baselines.papers.population import FIRST, Draws, densities_of
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
@@ -40,9 +40,9 @@ from swarm_forage_env.loop import Loop
 BATCH, THREADS = 32, 2
 """Sets measured at a time, after which all are kept; threads that they are shared among."""
 
-BEYOND = 1000.0
-"""Sets outside the tolerances of es1 are farther by this than all others, and those that one world
-showed to be so by twice this."""
+FIRST, EVEN, CANDIDATES, FEWEST = 256, 0.1, 20_000, 32
+"""Sets before there is an emulator; share of the later ones that is drawn from the prior; draws of
+it that the others are chosen among; sets that an emulator is fitted to, at least."""
 
 SINGLES, DOUBLES = (1e-4, 1e-3, 1e-2, 1e-1), (1e-3, 1e-2)
 """Betas of SSGIFF and DSGIFF that a set is measured with."""
@@ -134,6 +134,11 @@ def n_worlds(episodes: Sequence[Measured], arena: str) -> int:
     return sum((each.arena, each.controller) == (arena, "nc") for each in episodes)
 
 
+def tolerance(spread: float, rounding: float, n: int) -> float:
+    """Twice the standard error between a mean of 30 episodes, printed, and one of n."""
+    return 2.0 * math.sqrt(spread**2 * (1.0 / 30.0 + 1.0 / n) + rounding**2 / 3.0)
+
+
 def distance(episodes: Sequence[Measured], arena: str) -> float:
     """The largest miss of a published number, in its tolerances; infinite if not measured."""
     n = n_worlds(episodes, arena)
@@ -142,17 +147,9 @@ def distance(episodes: Sequence[Measured], arena: str) -> float:
     misses = [0.0]
     ours_of = zip(numbers_of(episodes, arena), PUBLISHED[arena].values(), strict=False)
     for ours, (low, high, spread, rounding) in ours_of:
-        error = math.sqrt(spread**2 * (1.0 / 30.0 + 1.0 / n) + rounding**2 / 3.0)
-        misses += [max(low - ours, ours - high) / (2.0 * error)] * (not math.isnan(ours))
+        miss = max(low - ours, ours - high) / tolerance(spread, rounding, n)
+        misses += [miss] * (not math.isnan(ours))
     return max(misses)
-
-
-def farness(episodes: Sequence[Measured]) -> float:
-    """What sets are ordered by: the distance of es1, and within its tolerances that of es2."""
-    far = distance(episodes, "es1")
-    if far <= 1.0:
-        return min(distance(episodes, "es2"), BEYOND)
-    return far + BEYOND * (2.0 if n_worlds(episodes, "es1") == 1 else 1.0)
 
 
 def measure_all(sets: Sequence[Mapping[str, Value]], is_whole: bool) -> list[list[Measured]]:
@@ -184,32 +181,68 @@ def draws_in(table: pa.Table) -> Draws:
     return np.asarray(np.array(rows, float).reshape(-1, len(PRIOR)))
 
 
-def next_draws(draws: Draws, far: Float64[Array, " sets"], seed: int) -> Draws:
+def inputs(draws: Draws, arena: str) -> Draws:
+    """What bears on an arena: all but the areas of other arenas, rules at either end."""
+    bears = [not name.endswith("area_distance") or name.startswith(arena) for name in PRIOR]
+    is_rule = np.array([isinstance(each, tuple) for each in PRIOR.values()])
+    return np.asarray(np.where(is_rule, draws >= 0.5, draws)[:, bears])
+
+
+def scaled(numbers: Float64[Array, "sets numbers"]) -> Float64[Array, "sets 5"]:
+    """The first five published numbers for an emulator: counts and ratio as logarithms."""
+    counts = np.log(np.maximum(numbers[:, [0, 1, 4]], 1e-3))
+    return np.column_stack([counts, numbers[:, 2:4]])
+
+
+def chance(
+    candidates: Draws, draws: Draws, episodes: Sequence[Sequence[Measured]], arena: str
+) -> Float64[Array, " candidates"]:
+    """The probability that sets lie within the tolerances of an arena, by an emulator.
+
+    It is fitted to all sets so far; one, while too few were measured there.
+    """
+    n = np.array([n_worlds(each, arena) for each in episodes])
+    if (n > 0).sum() < FEWEST:
+        return np.ones(len(candidates))
+    numbers = np.array([numbers_of(e, arena) for e, k in zip(episodes, n, strict=True) if k])
+    emulator = Emulator.fit(inputs(draws[n > 0], arena), scaled(numbers), n[n > 0].astype(float))
+    ends = [
+        (low - (near := tolerance(spread, rounding, int(n.max()))), high + near)
+        for low, high, spread, rounding in PUBLISHED[arena].values()
+    ]
+    return emulator.chance(inputs(candidates, arena), *scaled(np.array(ends).T))
+
+
+def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) -> Draws:
     """The sets to measure next; the first of all is today's."""
     done = len(draws)
     if done == 0:
         return np.array([place_of(today())])
     if done < FIRST:
-        even = qmc.Sobol(len(PRIOR), seed=seed).random(FIRST)
-        return np.asarray(even[done : done + BATCH])
-    return densities_of(draws, far)[-1].draw(BATCH, np.random.default_rng((seed, done)))
+        return np.asarray(qmc.Sobol(len(PRIOR), seed=seed).random(FIRST)[done : done + BATCH])
+    rng = np.random.default_rng((seed, done))
+    candidates = rng.random((CANDIDATES, len(PRIOR)))
+    hope = chance(candidates, draws, episodes, "es1") * chance(candidates, draws, episodes, "es2")
+    hope += np.finfo(float).tiny  # where no set is probable at all, any will do
+    n_even = round(EVEN * BATCH)
+    chosen = rng.choice(CANDIDATES, BATCH - n_even, replace=False, p=hope / hope.sum())
+    return np.asarray(candidates[np.append(np.arange(n_even), chosen)])
 
 
 def search(file: Path, n_sets: int, seed: int) -> None:
     """Draw and measure sets until the file holds `n_sets`."""
     table = load(file)
-    draws, far = draws_in(table), np.array([farness(each) for each in episodes_in(table)])
+    draws, episodes = draws_in(table), episodes_in(table)
     while len(draws) < n_sets:
-        new = next_draws(draws, far, seed).astype(np.float32).astype(float)
+        new = next_draws(draws, episodes, seed).astype(np.float32).astype(float)
         sets = [values_of(each) for each in new]
         found = measure_all(sets, is_whole=len(draws) == 0)
-        rows = [{"draw": draw.tolist(), **values, "episodes": [asdict(each) for each in episodes]}
-                for draw, values, episodes in zip(new, sets, found, strict=True)]  # fmt: skip
+        rows = [{"draw": draw.tolist(), **values, "episodes": [asdict(each) for each in of]}
+                for draw, values, of in zip(new, sets, found, strict=True)]  # fmt: skip
         tables = [table, pa.Table.from_pylist(rows)][not len(draws) :]
         table, content = pa.concat_tables(tables, promote_options="permissive"), BytesIO()
         pq.write_table(table, content, compression="zstd")
         write_atomically(file, content.getvalue())
-        draws = np.concatenate([draws, new])
-        far = np.concatenate([far, [farness(each) for each in found]])
-        near = [int((far <= limit).sum()) for limit in (BEYOND, 1.0)]
-        say(f"{len(far)} sets, {near[0]} within the tolerances of es1, {near[1]} of es2 too")
+        draws, episodes = np.concatenate([draws, new]), [*episodes, *found]
+        near = [sum(distance(each, arena) <= 1.0 for each in episodes) for arena in PUBLISHED]
+        say(f"{len(draws)} sets, {near[0]} within the tolerances of es1, {near[1]} of es2")

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from baselines.papers import open_search
+from baselines.papers.emulator import Emulator
 from baselines.papers.experiments import Experiment
 from baselines.papers.open_claims import Sets, held
 from baselines.papers.open_numbers import pairs_table
 from baselines.papers.open_prior import PRIOR, configuration, place_of, today, values_of
-from baselines.papers.open_search import OTHERS, Measured, distance
-from baselines.papers.population import FIRST, GENERATION, Density, densities_of, weights_of
+from baselines.papers.open_search import BATCH, FIRST, OTHERS, Measured, chance, distance
 
 
 def episodes(arena, n=4, **trips):
@@ -53,24 +53,29 @@ def test_a_set_is_as_far_as_its_worst_number_in_twice_its_standard_error():
     assert distance(ours, "es1") == pytest.approx(20 / (2 * error))
 
 
-def test_weighted_draws_stand_for_the_prior_whatever_they_were_drawn_around():
+def test_an_emulator_says_how_probable_it_is_that_a_noisy_number_lies_between_its_ends():
     rng = np.random.default_rng(0)
-    corner = Density(np.array([[0.1, 0.2], [0.2, 0.1]]), np.array([0.3, 0.7]), np.array([0.1, 0.2]))
-    draws = np.concatenate([rng.random((FIRST, 2)), corner.draw(GENERATION, rng)])
-    near = (draws < 0.3).all(axis=1)
-    weights = weights_of(draws, [corner], len(draws))
-    assert near.mean() > 0.15
-    assert weights[near].sum() / weights.sum() == pytest.approx(0.09, abs=0.015)
-    grid = (np.mgrid[0:200, 0:200].reshape(2, -1).T + 0.5) / 200
-    assert corner(grid).mean() == pytest.approx(1.0, abs=1e-3)
+    draws = rng.random((2000, 3))
+    means = np.column_stack([draws[:, 0] ** 2 + draws[:, 1], draws[:, 0] * draws[:, 2]])
+    outputs = means + rng.normal(0.0, (0.1, 0.2), means.shape)
+    emulator = Emulator.fit(draws, outputs, np.ones(len(draws)))
+    assert emulator.errors == pytest.approx([0.1, 0.2], rel=0.1)
+    low, high = np.array([0.4, 0.0]), np.array([0.6, 0.3])
+    inside = ((low < outputs) & (outputs < high)).all(axis=1)
+    assert emulator.chance(draws, low, high).sum() == pytest.approx(inside.sum(), rel=0.1)
+    far = emulator.chance(np.array([[0.9, 0.9, 0.5]]), low, high)
+    assert far < 1e-3
 
 
-def test_a_generation_is_drawn_around_the_nearest_before_it():
-    draws = np.random.default_rng(0).random((FIRST + GENERATION, 2))
-    (first, second) = densities_of(draws, np.abs(draws - 0.25).max(axis=1))
-    assert abs(first.centres - 0.25).max() < 0.35
-    assert len(first.centres) == len(second.centres)
-    assert (second.widths < 0.3).all()
+def test_the_chance_of_a_set_is_that_of_the_tolerances_by_which_its_distance_is_told():
+    draws = np.random.default_rng(0).random((400, len(PRIOR)))
+    sets = [
+        episodes("es1", nc=60, ssgikf=round(100.0 * 2.0 ** draw[0])) for draw in draws
+    ]  # 150 at 0.585
+    found = chance(draws, draws, sets, "es1")
+    near = np.array([distance(each, "es1") for each in sets])
+    assert found[near < 0.8].min() > 0.5 > found[near > 1.2].max()
+    assert (chance(draws, draws, sets, "es2") == 1.0).all(), "nothing was measured there"
 
 
 def test_a_search_goes_on_where_it_was_and_takes_only_near_sets_further(monkeypatch, tmp_path):
@@ -78,16 +83,19 @@ def test_a_search_goes_on_where_it_was_and_takes_only_near_sets_further(monkeypa
 
     def measure(sets, arena, controllers, seeds):
         asked.append((arena, controllers, len(sets)))
-        trips = [
-            {"nc": 60, "ssgikf": round(100 + 1250 * each["robot.cruise_speed"])} for each in sets
+        speeds = [each["robot.cruise_speed"] for each in sets]
+        found = {"es1": [round(100 + 1250 * each) for each in speeds], "es2": [1400] * len(sets)}
+        return [
+            episodes(
+                arena, len(seeds), **{c: {"nc": 50, "ssgikf": own}.get(c, 170) for c in controllers}
+            )
+            for own in found[arena]
         ]
-        return [episodes(arena, len(seeds), **{c: own.get(c, 170) for c in controllers})
-                for own in trips]  # fmt: skip
 
     monkeypatch.setattr(open_search, "measure", measure)
-    for n in (FIRST, FIRST + 65, FIRST + 128):
+    for n in (FIRST, FIRST + BATCH, FIRST + 2 * BATCH):
         open_search.search(tmp_path / "parts.parquet", n, seed=3)
-    open_search.search(tmp_path / "whole.parquet", FIRST + 128, seed=3)
+    open_search.search(tmp_path / "whole.parquet", FIRST + 2 * BATCH, seed=3)
     parts, whole = (open_search.load(tmp_path / f"{each}.parquet") for each in ("parts", "whole"))
     assert parts.equals(whole)
     going = [n for arena, controllers, n in asked if arena == "es1" and controllers == OTHERS]
@@ -111,7 +119,7 @@ def test_the_front_and_the_pairs_are_those_that_no_set_beats_and_that_no_set_hol
     rows = [(0, 1, 1), (1, 0, 1), (1, 0, 0), (0, 1, 0)]
     judged = [dict(zip(names, map(bool, row), strict=True)) for row in rows]
     scores = np.array([(5, 7), (6, 6), (5, 6), (-1, 9)])
-    sets = Sets(np.zeros((4, 2)), np.ones(4), {}, {}, judged, scores)
+    sets = Sets(np.zeros((4, 2)), np.zeros((9, 2)), np.ones((2, 9)), {}, {}, judged, scores)
     assert sets.front == [0, 1]
     assert [row.split(" | ")[:2] for row in pairs_table(sets).splitlines()[2:]] == [
         [f"| {names[1]}", names[0]]
