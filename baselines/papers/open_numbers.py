@@ -19,6 +19,7 @@ from typer import Option
 
 from baselines.cli import run, stoppable
 from baselines.evaluation.common_options import path
+from baselines.evaluation.console import say
 from baselines.evaluation.figure_page import (
     Caption,
     finish_figure,
@@ -30,6 +31,7 @@ from baselines.evaluation.plot_style import FAINT, INK
 from baselines.evaluation.tables import markdown
 from baselines.papers.open_claims import (
     ARENAS,
+    CHECKED,
     Sets,
     check,
     claims_of,
@@ -55,7 +57,9 @@ GOAL = 10_000
 
 def cell(value: Value) -> str:
     """A value in a table."""
-    return f"{value:.3g}" if isinstance(value, float) else str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+    return str(value).lower()
 
 
 def posterior_of(sets: Sets, name: str, weights: Float64[Array, " draws"]) -> str:
@@ -90,38 +94,36 @@ def published_table(sets: Sets) -> str:
     for arena in ARENAS:
         for k, (name, (low, high, *_)) in enumerate(PUBLISHED[arena].items()):
             ours = sets.numbers[arena][sets.near, k]
-            ends = np.nanpercentile(ours, (2.5, 50.0, 97.5))
-            near = np.mean(
-                (0.9 * low <= ours[~np.isnan(ours)]) & (ours[~np.isnan(ours)] <= 1.1 * high)
-            )
+            low_end, middle, high_end = map(float, np.percentile(ours, (2.5, 50.0, 97.5)))
+            near = np.mean((0.9 * low <= ours) & (ours <= 1.1 * high))
             said = cell(low) if low == high else f"{cell(low)} to {cell(high)}"
             own = cell(float(sets.numbers[arena][0, k]))
-            told = "{1:.3g} ({0:.3g} to {2:.3g})".format(*ends)
+            told = f"{cell(middle)} ({cell(low_end)} to {cell(high_end)})"
             rows.append((f"{arena}: {name}", said, own, told, f"{near:.0%}"))
     return markdown(("number", "published", "today", "these sets", "within 10 %"), rows)
 
 
 def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
     """In how many sets of the search each claim holds, and in which of those that were checked."""
-    texts = [each.text for each in claims_of("es1", "es2", "es3", "ants2008", "real")]
+    said = {True: "yes", False: "no", None: "-"}
     rows = []
-    for text in texts:
+    for text in (each.text for each in claims_of(*CHECKED)):
         judged = [each[text] for each in sets.held if text in each]
         told = f"{sum(judged)} of {len(judged)}" if judged else "-"
-        rows.append((text, told, *("yes" if each["holds"][text] else "no" for each in checked)))
-    sums = [f"**{sum(each['holds'].values())} of {len(texts)}**" for each in checked]
+        rows.append((text, told, *(said[each["holds"].get(text)] for each in checked)))
+    sums = [f"**{sum(e['holds'].values())} of {len(e['holds'])}**" for e in checked]
     heads = [f"{each['name']}, `{each['physics']}`" for each in checked]
     return markdown(("claim", "sets of the search", *heads), [*rows, ("**all**", "", *sums)])
 
 
 def pairs_table(sets: Sets) -> str:
-    """The pairs of claims that hold in some sets each, and in none together."""
+    """The pairs of claims that hold in no set together, though one would by chance."""
     rows = []
     for one, other in combinations([each.text for each in claims_of(*ARENAS)], 2):
         both = np.array([(each[one], each[other]) for each in sets.held if {one, other} <= {*each}])
         alone = both.sum(axis=0)
-        if alone.all() and not both.all(axis=1).any():
-            chance = alone.prod() / len(both)
+        chance = alone.prod() / max(len(both), 1)
+        if chance >= 1.0 and not both.all(axis=1).any():
             rows.append((chance, one, other, *map(str, alone), str(len(both)), f"{chance:.1f}"))
     heads = "claim", "and", "the first in", "the second in", "of", "both by chance"
     return markdown(heads, [row[1:] for row in sorted(rows, reverse=True)])
@@ -162,6 +164,8 @@ def facts(sets: Sets) -> dict[str, str]:
         "both": f"{sets.posterior[1].sum() / sets.posterior[0].sum():.2%}",
         "least": f"{sets.far['es2'][near].min():.1f}",
         "totals": " and ".join(f"{n} of {a}" for n, a in zip(totals, ARENAS, strict=True)),
+        **{f"{arena}_betas": ", ".join(f"{beta} in {n}" for beta, n in sorted(of.items()))
+           for arena, of in sets.best_betas.items()},
         "today": f"{sets.scores[0, 0]} and {sets.scores[0, 1]}", "front": ", ".join(front),
     }  # fmt: skip
 
@@ -184,13 +188,17 @@ def write_page(file: Path) -> None:
 def check_best(file: Path, best: int, physics: str) -> None:
     """Check today's set and the best of the Pareto front in all arenas, and keep what holds."""
     sets, kept = sets_in(file), file.with_suffix(".json")
-    checked = json.loads(kept.read_text()) if kept.exists() else []
-    for k in (0, *sets.front[:best]):
-        values = with_other_arenas(values_of(sets.draws[k])) if k else None
-        told = {"name": f"set {k}" if k else "today", "physics": physics}
-        others = [each for each in checked if told.items() - each.items()]
-        checked = [*others, {**told, "values": values, "holds": check(values, physics, EPISODES)}]
+    numbers = [k for k in sets.front if k][:best]
+    chosen = [None, *(with_other_arenas(values_of(sets.draws[k])) for k in numbers)]
+    names = ["today", *(f"set {k}" for k in numbers)]
+    checked: list[dict[str, Any]]
+    checked = [{"name": name, "physics": physics, "values": values, "holds": {}}
+               for name, values in zip(names, chosen, strict=True)]  # fmt: skip
+    for arena in CHECKED:
+        for each, values in zip(checked, chosen, strict=True):
+            each["holds"] |= check(values, arena, physics, EPISODES)
         write_atomically(kept, (json.dumps(checked, indent=1) + "\n").encode())
+        say(f"{arena}: {', '.join(names)} checked")
 
 
 app = typer.Typer(name=COMMAND, add_completion=False)

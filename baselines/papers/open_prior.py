@@ -45,10 +45,6 @@ PRIOR: Mapping[str, Any] = {
 """The open numbers, SI units, and rules; an arena's `area_distance` is its own."""
 
 
-LEAST = 1e-9
-"""Of the unit interval: at 0 a distribution of whole numbers has none."""
-
-
 def values_of(draw: Iterable[float]) -> dict[str, Value]:
     """The set at a point of the unit cube, numbers to three digits."""
     values: dict[str, Value] = {}
@@ -56,7 +52,7 @@ def values_of(draw: Iterable[float]) -> dict[str, Value]:
         if isinstance(prior, tuple):
             values[name] = prior[int(at * len(prior))]
         else:
-            values[name] = float(f"{prior.ppf(max(at, LEAST)):.3g}")
+            values[name] = float(f"{max(prior.ppf(at), prior.support()[0]):.3g}")
     return values | {"radio.frames": int(values["radio.frames"])}
 
 

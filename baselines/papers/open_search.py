@@ -53,7 +53,7 @@ STAGES = (
     ("es1", ("nc", "ssgikf"), range(7000, 7001), 1.5),
     ("es1", ("nc", "ssgikf"), range(7001, 7004), 1.0),
     ("es1", OTHERS, range(7000, 7004), 1.0),
-    ("es2", ("nc", "ssgikf"), range(7000, 7001), 3.0),
+    ("es2", ("nc", "ssgikf"), range(7000, 7001), 6.0),
     ("es2", OTHERS, range(7000, 7001), 0.0),
 )
 """Arena, controllers and worlds of each stage, and the largest distance that goes on from it."""
