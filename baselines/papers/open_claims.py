@@ -122,8 +122,9 @@ class Sets:
 
     @property
     def front(self) -> list[int]:
-        """A set for each point of the Pareto front of the scores, most claims first."""
-        at = {tuple(each): k for k, each in reversed([*enumerate(self.scores)]) if min(each) >= 0}
+        """The nearest set of each point of the Pareto front of the scores, most claims first."""
+        nearest_last = np.argsort(-self.far["es2"], kind="stable")
+        at = {tuple(self.scores[k]): int(k) for k in nearest_last if min(self.scores[k]) >= 0}
         kept = [a for a in at if not any(min(np.subtract(b, a)) >= 0 for b in at if b != a)]
         return [at[each] for each in sorted(kept, key=lambda each: (-sum(each), each))]
 

@@ -117,16 +117,17 @@ def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
 
 
 def pairs_table(sets: Sets) -> str:
-    """The pairs of claims that hold in no set together, though one would by chance."""
+    """The pairs of claims that hold together in half as many sets as by chance, or in none."""
     rows = []
     for one, other in combinations([each.text for each in claims_of(*ARENAS)], 2):
         both = np.array([(each[one], each[other]) for each in sets.held if {one, other} <= {*each}])
-        alone = both.sum(axis=0)
+        alone, together = both.sum(axis=0), int(both.all(axis=-1).sum())
         chance = alone.prod() / max(len(both), 1)
-        if chance >= 1.0 and not both.all(axis=1).any():
-            rows.append((chance, one, other, *map(str, alone), str(len(both)), f"{chance:.1f}"))
-    heads = "claim", "and", "the first in", "the second in", "of", "both by chance"
-    return markdown(heads, [row[1:] for row in sorted(rows, reverse=True)])
+        if chance >= 1.0 and together <= 0.5 * chance:
+            counts = *map(str, alone), str(len(both)), f"{together}", f"{chance:.1f}"
+            rows.append((together / chance, one, other, *counts))
+    heads = "claim", "and", "the first in", "the second in", "of", "both in", "both by chance"
+    return markdown(heads, [row[1:] for row in sorted(rows)])
 
 
 def posterior_figure(sets: Sets) -> Figure:

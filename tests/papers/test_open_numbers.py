@@ -119,7 +119,8 @@ def test_the_front_and_the_pairs_are_those_that_no_set_beats_and_that_no_set_hol
     rows = [(0, 1, 1), (1, 0, 1), (1, 0, 0), (0, 1, 0)]
     judged = [dict(zip(names, map(bool, row), strict=True)) for row in rows]
     scores = np.array([(5, 7), (6, 6), (5, 6), (-1, 9)])
-    sets = Sets(np.zeros((4, 2)), np.zeros((9, 2)), np.ones((2, 9)), {}, {}, {}, judged, scores)
+    drawn = np.zeros((4, 2)), np.zeros((9, 2)), np.ones((2, 9))
+    sets = Sets(*drawn, {}, {"es2": np.arange(4.0)}, {}, judged, scores)
     assert sets.front == [0, 1]
     assert [row.split(" | ")[:2] for row in pairs_table(sets).splitlines()[2:]] == [
         [f"| {names[1]}", names[0]]
