@@ -1,7 +1,7 @@
 # Every target makes .venv where it is missing, so each works on a fresh clone.
 PYTHON  ?= python3
 WORKERS ?= 2
-EXTRAS  := evaluate,calibrate,render,train,onnx,dev
+EXTRAS  := evaluate,render,train,onnx,dev
 RLLIB   := rllib,ray,train
 TORCHRL := torchrl,train,render
 CUDA    := cuda,torchrl,train

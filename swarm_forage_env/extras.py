@@ -8,7 +8,6 @@ from pathlib import Path
 
 EXTRAS = {
     "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer", "yaml"},
-    "calibrate": {"optuna"},
     "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "sb3_contrib", "stable_baselines3", "tensorboard", "torch"},
     "onnx": {"onnxruntime"},

@@ -38,9 +38,6 @@ POINTS = 0.10
 MARGIN = 0.03
 """Two means are equivalent if their ratio lies within 1 - MARGIN and 1 + MARGIN."""
 
-FARTHEST = math.log(20.0)
-"""No number counts as missed by more, so that zero has a logarithm."""
-
 
 @dataclass(frozen=True)
 class ClaimResult:
@@ -320,28 +317,6 @@ class Contrast(Claim):
     def effects(self, results: Results) -> list[Effect]:
         """The mean of the larger numbers lies above the other."""
         return [order_effect(*self.contrast(results))]
-
-
-RangeClaim = Number | Below | Share | Ratio | Order
-"""Claims that a number lies in a published range."""
-
-
-def miss(claim: RangeClaim, ours: float | None) -> float:
-    """How far a number lies from the published range: |ln(ours / nearest end)|, 0 inside.
-
-    At most `FARTHEST`, which None costs, the ratio to zero.
-
-    >>> miss(Below("trips", Experiment("es2", "nc"), 50.0), 40.0)
-    0.0
-    """
-    low, high = 1.0, math.inf
-    if isinstance(claim, Number | Ratio):
-        low = high = claim.published
-    elif not isinstance(claim, Order):
-        low, high = claim.published if isinstance(claim, Share) else (0.0, claim.bound)
-    if not ours:
-        return 0.0 if ours == low else FARTHEST
-    return min(FARTHEST, math.log(max(low / ours, ours / high, 1.0)))
 
 
 def present_pairs(

@@ -11,8 +11,6 @@ Not in the paper, and chosen here:
 - the share on the path is the mean over the second half of a run ("at steady state").
 """
 
-from collections.abc import Mapping
-
 from baselines.evaluation.line_plots import path_over_time
 from baselines.papers.beta_sweep import (
     BETAS,
@@ -21,9 +19,8 @@ from baselines.papers.beta_sweep import (
     OptimumInsideRange,
     OtherBetasBelow,
 )
-from baselines.papers.claim_types import Below, Claim, Number, Order, RangeClaim, Ratio, Share
+from baselines.papers.claim_types import Below, Claim, Number, Order, Ratio, Share
 from baselines.papers.experiments import (
-    CrossValidatedBest,
     Experiment,
     Pool,
     Source,
@@ -42,9 +39,6 @@ TRIPS = {
     "es3": {"NC": 50.0, "SGIKF": 2000.0},
 }
 """Round trips; of NC in es2 and es3 no more than that."""
-
-AFFORDABLE = ("nc", "ssgikf", "dsgikf", "ssgiff:beta=0.01", "ssgiff:beta=0.001")
-"""The controllers of `affordable_claims`."""
 
 LATE = Share(
     "es3: share of NC runs in which not all robots find the path within 7200 s",
@@ -74,11 +68,11 @@ def communicating(setup: str) -> tuple[Source, ...]:
     return tuple(source for name, source in strategies(setup).items() if name != "NC")
 
 
-def round_trip_claims(setup: str, of: Mapping[str, Source] | None = None) -> list[RangeClaim]:
+def round_trip_claims(setup: str) -> list[Claim]:
     """Claims on the number of round trips; NC has an exact one in es1 only."""
-    of, published, near = of or strategies(setup), TRIPS[setup], TOLERANCE[setup]
+    of, published, near = strategies(setup), TRIPS[setup], TOLERANCE[setup]
     if setup == "es1":
-        alone: RangeClaim = Number("es1: round trips, NC", of["NC"], published["NC"], near)
+        alone: Claim = Number("es1: round trips, NC", of["NC"], published["NC"], near)
     else:
         alone = Below(f"{setup}: round trips, NC", of["NC"], published["NC"])
     claims = [alone, Number(f"{setup}: round trips, SGIKF", of["SSGIKF"], published["SGIKF"], near)]
@@ -109,26 +103,6 @@ def path_claims(setup: str) -> list[Claim]:
         Share(f"{text}, with communication", communicating(setup), (0.5, 0.7)),
         Share(f"{text}, NC", alone, (0.0, 0.2)),
     ]
-
-
-def affordable_claims(setup: str) -> list[RangeClaim]:
-    """Claims on five controllers alone, by which a search for open parameters judges each set.
-
-    Of SGIFF the better of two betas counts, of the strategies with communication SSGIKF alone.
-    """
-    nc, single, double, *betas = (Experiment(setup, each) for each in AFFORDABLE)
-    best = CrossValidatedBest(tuple(betas))
-    claims = [
-        *round_trip_claims(setup, {"NC": nc, "SSGIKF": single, "SSGIFF": best}),
-        Order(f"{setup}: best SGIFF above SGIKF", ((best, single),)),
-        Order(f"{setup}: SSGIKF above DSGIKF", ((single, double),)),
-        Share(f"{setup}: share on the path, SGIKF", (single,), (0.5, 0.7)),
-        Share(f"{setup}: share on the path, NC", (nc,), (0.0, 0.2)),
-    ]
-    if setup == "es3":
-        return [*claims, LATE]
-    text = f"{setup}: times faster recruitment, SGIKF"
-    return [*claims, Ratio(text, nc, single, 4.0, TOLERANCE[setup], recruitment_time)]
 
 
 def recruitment_claims() -> list[Claim]:

@@ -1,4 +1,4 @@
-"""How the command is started and completed: by a module, by a shell, without optuna."""
+"""How the command is started and completed: by a module, by a shell, without a package."""
 
 import pytest
 
@@ -15,7 +15,7 @@ class Missing:
 
 sys.meta_path.insert(0, Missing())
 sys.argv = ["swarm-forage", *{arguments}]
-runpy.run_module({module!r}, run_name="__main__")
+runpy.run_module("training.cli", run_name="__main__")
 """
 
 MISSING = {
@@ -27,7 +27,6 @@ MISSING = {
     "cmaes": ("train", "train weighting es1"),
     "safetensors": ("train", "evaluate es1 learned-weighting --episodes=1"),
     "benchmarl": ("torchrl", "benchmark ladder --algorithm=qmix --rung=near"),
-    "optuna": ("calibrate", "search"),
 }  # fmt: skip
 """Packages, the extra that brings them, and a command that needs each."""
 
@@ -96,8 +95,7 @@ def test_the_script_for_a_shell_is_printed(process):
 @pytest.mark.parametrize("missing", " ".join(MISSING).split())
 def test_a_missing_package_is_told_in_one_line_with_its_extra(process, missing):
     extra, command = next(told for names, told in MISSING.items() if missing in names.split())
-    module = "training.cli" if missing != "optuna" else "baselines.papers.search_parameters"
-    code = WITHOUT.format(package=missing, arguments=command.split(), module=module)
+    code = WITHOUT.format(package=missing, arguments=command.split())
     status, stdout, stderr = ended(process(code=code))
     assert (status, stdout) == (1, "")
     (line,) = [line for line in stderr.splitlines() if "pip install" in line]

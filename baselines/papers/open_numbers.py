@@ -1,0 +1,228 @@
+"""The open numbers: what the published ones say of them, and which claims exclude each other.
+
+python -m baselines.papers.open_numbers --sets 10000    # search, then write the page
+python -m baselines.papers.open_numbers --best 2        # check the best ones in all arenas
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from itertools import combinations
+from pathlib import Path
+from string import Template
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.figure import Figure
+from typer import Option
+
+from baselines.cli import run, stoppable
+from baselines.evaluation.common_options import path
+from baselines.evaluation.console import say
+from baselines.evaluation.figure_page import (
+    Caption,
+    finish_figure,
+    label_panel,
+    panel_grid,
+    save_figure,
+)
+from baselines.evaluation.plot_style import FAINT, INK
+from baselines.evaluation.tables import markdown
+from baselines.papers.open_claims import (
+    ARENAS,
+    CHECKED,
+    Sets,
+    check,
+    claims_of,
+    sets_in,
+    with_other_arenas,
+)
+from baselines.papers.open_prior import PRIOR, Value, place_of, today, values_of
+from baselines.papers.open_search import FIRST, PUBLISHED, search
+from baselines.papers.report import left_open
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.atomic_write import write_atomically
+
+COMMAND = "python -m baselines.papers.open_numbers"
+FILE = Path("docs/papers/open_numbers.parquet")
+EPISODES = Path("runs/open_numbers/episodes")
+LEFT_OPEN = "open_prior", "open_search", "emulator", "open_claims"
+GIVEN = "es1", "es1 and es2"
+"""What a posterior is given."""
+
+GOAL = 10_000
+"""Sets that the search is for."""
+
+
+def cell(value: Value) -> str:
+    """A value in a table."""
+    if isinstance(value, float):
+        return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+    return str(value).lower()
+
+
+def posterior_of(sets: Sets, name: str, weights: Float64[Array, " draws"]) -> str:
+    """Median and 95 % of the posterior of a number; of a rule, the share of each option."""
+    places = sets.prior[:, list(PRIOR).index(name)]
+    if isinstance(PRIOR[name], tuple):
+        first = weights[places < 0.5].sum() / weights.sum()
+        shares = zip(PRIOR[name], (first, 1.0 - first), strict=True)
+        return ", ".join(f"{cell(option)} {share:.0%}" for option, share in shares)
+    order = np.argsort(places)
+    at = np.searchsorted(np.cumsum(weights[order]) / weights.sum(), (0.5, 0.025, 0.975))
+    ends = [values_of(np.full(len(PRIOR), each))[name] for each in places[order][at]]
+    return "{} ({} to {})".format(*map(cell, ends))
+
+
+def numbers_table(sets: Sets) -> str:
+    """Prior, today's value, posterior, and the value of the best set of each number."""
+    best = values_of(sets.draws[sets.front[0]])
+    rows = []
+    for name, prior in PRIOR.items():
+        ends = prior if isinstance(prior, tuple) else map(float, prior.support())
+        told = [posterior_of(sets, name, weights) for weights in sets.posterior]
+        said = " to ".join(map(cell, ends)), cell(today()[name]), *told, cell(best[name])
+        rows.append((f"`{name}`", *said))
+    heads = "number", "prior", "today", *GIVEN, f"set {sets.front[0]}"
+    return markdown(heads, rows)
+
+
+def published_table(sets: Sets) -> str:
+    """What the sets within the tolerances of es1 make of each published number."""
+    rows = []
+    for arena in ARENAS:
+        for k, (name, (low, high, *_)) in enumerate(PUBLISHED[arena].items()):
+            ours = sets.numbers[arena][sets.near, k]
+            low_end, middle, high_end = map(float, np.percentile(ours, (2.5, 50.0, 97.5)))
+            near = np.mean((0.9 * low <= ours) & (ours <= 1.1 * high))
+            said = cell(low) if low == high else f"{cell(low)} to {cell(high)}"
+            own = cell(float(sets.numbers[arena][0, k]))
+            told = f"{cell(middle)} ({cell(low_end)} to {cell(high_end)})"
+            rows.append((f"{arena}: {name}", said, own, told, f"{near:.0%}"))
+    return markdown(("number", "published", "today", "these sets", "within 10 %"), rows)
+
+
+def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
+    """In how many sets of the search each claim holds, and in which of those that were checked."""
+    said = {True: "yes", False: "no", None: "-"}
+    rows = []
+    for text in (each.text for each in claims_of(*CHECKED)):
+        judged = [each[text] for each in sets.held if text in each]
+        told = f"{sum(judged)} of {len(judged)}" if judged else "-"
+        rows.append((text, told, *(said[each["holds"].get(text)] for each in checked)))
+    sums = [f"**{sum(e['holds'].values())} of {len(e['holds'])}**" for e in checked]
+    heads = [f"{each['name']}, `{each['physics']}`" for each in checked]
+    return markdown(("claim", "sets of the search", *heads), [*rows, ("**all**", "", *sums)])
+
+
+def pairs_table(sets: Sets) -> str:
+    """The pairs of claims that hold together in half as many sets as by chance, or in none."""
+    rows = []
+    for one, other in combinations([each.text for each in claims_of(*ARENAS)], 2):
+        both = np.array([(each[one], each[other]) for each in sets.held if {one, other} <= {*each}])
+        alone, together = both.sum(axis=0), int(both.all(axis=-1).sum())
+        chance = alone.prod() / max(len(both), 1)
+        if chance >= 1.0 and together <= 0.5 * chance:
+            counts = *map(str, alone), str(len(both)), f"{together}", f"{chance:.1f}"
+            rows.append((together / chance, one, other, *counts))
+    heads = "claim", "and", "the first in", "the second in", "of", "both in", "both by chance"
+    return markdown(heads, [row[1:] for row in sorted(rows)])
+
+
+def posterior_figure(sets: Sets) -> Figure:
+    """The posterior of each number over its prior, which is one everywhere."""
+    figure, panels = panel_grid(len(PRIOR), 1.6, 1.15)
+    for column, (axes, name) in enumerate(zip(panels, PRIOR, strict=True)):
+        n_bins = 2 if isinstance(PRIOR[name], tuple) else 10
+        for label, colour, weights in zip(GIVEN, ("C0", "C1"), sets.posterior, strict=True):
+            shares = n_bins * weights / weights.sum()
+            height, edges = np.histogram(sets.prior[:, column], n_bins, (0.0, 1.0), weights=shares)
+            axes.stairs(height, edges, label=label, color=colour, linewidth=1.4)
+        axes.axhline(1.0, color=FAINT, linewidth=0.7)
+        axes.axvline(place_of(today())[column], color=INK, linewidth=0.9, linestyle=":")
+        ends = [values_of(np.full(len(PRIOR), at))[name] for at in (0.0, 1.0 - 1e-9)]
+        label_panel(axes, name.replace(".", "\n"), ("", ""))
+        axes.set_xticks((0.25, 0.75) if n_bins == 2 else (0.0, 1.0), list(map(cell, ends)))
+        axes.set_yticks(())
+    words = "Posterior of each open number over its prior; dotted: today's value."
+    caption = Caption(words, f"{len(sets.draws)} sets", COMMAND)
+    return finish_figure(figure, panels, caption, GIVEN)
+
+
+def facts(sets: Sets) -> dict[str, str]:
+    """The numbers in the words of the page."""
+    near = sets.near
+    totals = [len(claims_of(arena)) for arena in ARENAS]
+    front = [f"set {k} {sets.scores[k, 0]} and {sets.scores[k, 1]}" for k in sets.front]
+    whole = sets.scores[:, 1] >= 0
+    return {
+        "n_numbers": str(len(PRIOR)), "goal": f"{GOAL:,}", "n": f"{len(sets.draws):,}",
+        "near": str(near.sum()), "excludes": f"{3.0 / near.sum():.1%}",
+        "whole": str(whole.sum()), "share": f"{sets.posterior[0].mean():.2%}",
+        "even": f"{near[1:FIRST].sum()} of {FIRST - 1}",
+        "within": str((sets.far["es2"] <= 1.0).sum()),
+        "both": f"{sets.posterior[1].sum() / sets.posterior[0].sum():.2%}",
+        "least": f"{sets.far['es2'][near].min():.1f}",
+        "totals": " and ".join(f"{n} of {a}" for n, a in zip(totals, ARENAS, strict=True)),
+        **{f"{arena}_betas": ", ".join(f"{beta} in {n}" for beta, n in sorted(of.items()))
+           for arena, of in sets.best_betas.items()},
+        "today": f"{sets.scores[0, 0]} and {sets.scores[0, 1]}", "front": ", ".join(front),
+    }  # fmt: skip
+
+
+def write_page(file: Path) -> None:
+    """Write the page and its figure beside the sets."""
+    sets, kept = sets_in(file), file.with_suffix(".json")
+    checked = json.loads(kept.read_text()) if kept.exists() else []
+    save_figure(posterior_figure(sets), file.parent / "figures" / "open_numbers.png", COMMAND)
+    text = (files("baselines.papers") / "pages" / "open_numbers.md").read_text("utf-8")
+    chosen = "\n\n".join(left_open(f"baselines.papers.{each}") for each in LEFT_OPEN)
+    page = Template(text).substitute(
+        facts(sets), command=COMMAND, posterior=numbers_table(sets), left_open=chosen,
+        published=published_table(sets), claims=claims_table(sets, checked),
+        pairs=pairs_table(sets),
+    )  # fmt: skip
+    write_atomically(file.with_suffix(".md"), page.encode())
+
+
+def check_best(file: Path, best: int, physics: str) -> None:
+    """Check today's set and the best of the Pareto front in all arenas, and keep what holds."""
+    sets, kept = sets_in(file), file.with_suffix(".json")
+    numbers = [k for k in sets.front if k][:best]
+    chosen = [None, *(with_other_arenas(values_of(sets.draws[k])) for k in numbers)]
+    names = ["today", *(f"set {k}" for k in numbers)]
+    checked: list[dict[str, Any]]
+    checked = [{"name": name, "physics": physics, "values": values, "holds": {}}
+               for name, values in zip(names, chosen, strict=True)]  # fmt: skip
+    for arena in CHECKED:
+        for each, values in zip(checked, chosen, strict=True):
+            each["holds"] |= check(values, arena, physics, EPISODES)
+        write_atomically(kept, (json.dumps(checked, indent=1) + "\n").encode())
+        say(f"{arena}: {', '.join(names)} checked")
+
+
+app = typer.Typer(name=COMMAND, add_completion=False)
+
+
+@app.command()
+@stoppable()
+def command(
+    sets: Annotated[int, Option(min=0, help="Sets in all, those kept included.")] = 0,
+    best: Annotated[int, Option(min=0, help="Best sets to check in all arenas.")] = 0,
+    physics: Annotated[str, Option(help="Engine of these checks.")] = "rigid",
+    seed: Annotated[int, Option(min=0, help="Seed of the search.")] = 0,
+    file: Annotated[Path, Option(parser=path, help="The sets; the page goes beside it.")] = FILE,
+) -> None:
+    """Search the numbers that the papers leave open, check the best sets, and write the page.
+
+    A search that was stopped goes on where it was.
+    """
+    search(file, sets, seed)
+    if best:
+        check_best(file, best, physics)
+    write_page(file)
+
+
+if __name__ == "__main__":
+    raise SystemExit(run(commands=app))

@@ -1,0 +1,248 @@
+"""Search the numbers that the papers leave open, by approximate Bayesian computation.
+
+A set is measured in es1, without communication and with SGIKF. Its distance is the largest by
+which it misses a published number, in tolerances of that number. It goes on to the other filters,
+and to es2, while its distance is small (`STAGES`).
+
+After the first sets, which fill the prior evenly, an emulator of all so far says how probable a set
+is to lie within the tolerances (`emulator`): later sets are drawn from the prior by that.
+
+Source: TR, Section 6 (published numbers); Wood2010 (emulated likelihood).
+Not in the paper:
+- a tolerance is twice the standard error of the difference between a mean of 30 episodes and ours,
+  with what the printed number is rounded by;
+- four worlds of es1, one of es2, the same for all sets, under the engine `kinematic`; who is far
+  from es1 in the first of these, by one and a half tolerances, is not measured in the others.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from io import BytesIO
+from itertools import groupby
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from scipy.stats import qmc
+
+from baselines.evaluation.console import say
+from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.papers.emulator import Draws, Emulator
+from baselines.papers.experiments import Experiment, Metric, on_path, recruitment_time, round_trips
+from baselines.papers.open_prior import PRIOR, Value, configuration, place_of, today, values_of
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.atomic_write import write_atomically
+from swarm_forage_env.loop import Loop
+
+BATCH, THREADS = 32, 2
+"""Sets measured at a time, after which all are kept; threads that they are shared among."""
+
+FIRST, EVEN, CANDIDATES, FEWEST = 256, 0.1, 20_000, 32
+"""Sets before there is an emulator; share of the later ones that is drawn from the prior; draws of
+it that the others are chosen among; sets that an emulator is fitted to, at least."""
+
+SINGLES, DOUBLES = (1e-4, 1e-3, 1e-2, 1e-1), (1e-3, 1e-2)
+"""Betas of SSGIFF and DSGIFF that a set is measured with."""
+
+OTHERS = ("dsgikf", *(f"ssgiff:beta={each:g}" for each in SINGLES),
+          *(f"dsgiff:beta={each:g}" for each in DOUBLES))  # fmt: skip
+STAGES = (
+    ("es1", ("nc", "ssgikf"), range(7000, 7001), 1.5),
+    ("es1", ("nc", "ssgikf"), range(7001, 7004), 1.0),
+    ("es1", OTHERS, range(7000, 7004), 1.0),
+    ("es2", ("nc", "ssgikf"), range(7000, 7001), 6.0),
+    ("es2", OTHERS, range(7000, 7001), 0.0),
+)
+"""Arena, controllers and worlds of each stage, and the largest distance that goes on from it."""
+
+PUBLISHED: Mapping[str, Mapping[str, tuple[float, float, float, float]]] = {
+    "es1": {
+        "round trips, NC": (60.0, 60.0, 10.5, 2.5),
+        "round trips, SGIKF": (150.0, 150.0, 12.0, 5.0),
+        "on the path, NC": (0.0, 0.2, 0.056, 0.0),
+        "on the path, SGIKF": (0.5, 0.7, 0.056, 0.0),
+        "times faster recruitment": (4.0, 4.0, 2.0, 0.5),
+        "round trips, best SGIFF": (170.0, 170.0, 12.0, 5.0),
+    },
+    "es2": {
+        "round trips, NC": (0.0, 50.0, 5.3, 0.0),
+        "round trips, SGIKF": (1400.0, 1400.0, 32.0, 50.0),
+        "on the path, NC": (0.0, 0.2, 0.025, 0.0),
+        "on the path, SGIKF": (0.5, 0.7, 0.016, 0.0),
+        "times faster recruitment": (4.0, 4.0, 0.5, 0.5),
+    },
+}
+"""Ends of what TR 6 says, the standard deviation between episodes of today's set, and half of the
+last digit that is printed; in the order of `numbers_of`."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """An episode of a set: what claims ask of it."""
+
+    arena: str
+    controller: str
+    round_trips: int
+    on_path_share: float
+    recruitment_time_s: float | None
+    duration_s: float
+
+
+def measure(
+    sets: Sequence[Mapping[str, Value]], arena: str, controllers: Sequence[str], seeds: range
+) -> list[list[Measured]]:
+    """Run the episodes of each controller for each set, those of one compilation side by side."""
+    found: list[list[Measured]] = [[] for _ in sets]
+    jobs = [(k, each, configuration(Experiment(arena, each), values))
+            for k, values in enumerate(sets) for each in controllers]  # fmt: skip
+
+    def compilation(job: tuple[int, str, ExperimentConfig]) -> tuple[str, int]:
+        return type(job[2].controller.weighting).__name__, job[2].scenario.radio.slots
+
+    for _, alike in groupby(sorted(jobs, key=compilation), compilation):
+        group = [(*job, seed) for job in alike for seed in seeds]
+        scenarios, worlds = [job[2].scenario for job in group], [job[3] for job in group]
+        loop = Loop(scenarios, [job[2].controller for job in group], worlds, "kinematic", THREADS)
+        meter = loop.task.episode.meter(loop)
+        loop.run(scenarios[0].n_ticks)
+        results: list[dict[str, Any]] = meter.results()
+        for (k, controller, config, _), each in zip(group, results, strict=True):
+            trips, share = each["round_trips"], round(each["on_path_share"], 4)
+            recruited, duration = each["recruitment_time_s"], config.scenario.task.duration
+            found[k].append(Measured(arena, controller, trips, share, recruited, duration))
+    return found
+
+
+def numbers_of(episodes: Sequence[Measured], arena: str) -> list[float]:
+    """Ours of each published number, in their order; NaN for what was not measured."""
+
+    def mean(metric: Metric, controller: str) -> float:
+        own = [each for each in episodes if (each.arena, each.controller) == (arena, controller)]
+        return float(np.mean([metric(cast(Any, each)) for each in own])) if own else math.nan
+
+    times = [mean(recruitment_time, each) for each in ("nc", "ssgikf")]
+    best = max(mean(round_trips, each) for each in OTHERS[1 : 1 + len(SINGLES)])
+    numbers = [mean(metric, each) for metric in (round_trips, on_path) for each in ("nc", "ssgikf")]
+    return [*numbers, times[0] / times[1], best]
+
+
+def n_worlds(episodes: Sequence[Measured], arena: str) -> int:
+    """In how many worlds of an arena a set was measured."""
+    return sum((each.arena, each.controller) == (arena, "nc") for each in episodes)
+
+
+def tolerance(spread: float, rounding: float, n: int) -> float:
+    """Twice the standard error between a mean of 30 episodes, printed, and one of n."""
+    return 2.0 * math.sqrt(spread**2 * (1.0 / 30.0 + 1.0 / n) + rounding**2 / 3.0)
+
+
+def distance(episodes: Sequence[Measured], arena: str) -> float:
+    """The largest miss of a published number, in its tolerances; infinite if not measured."""
+    n = n_worlds(episodes, arena)
+    if not n:
+        return math.inf
+    misses = [0.0]
+    ours_of = zip(numbers_of(episodes, arena), PUBLISHED[arena].values(), strict=False)
+    for ours, (low, high, spread, rounding) in ours_of:
+        miss = max(low - ours, ours - high) / tolerance(spread, rounding, n)
+        misses += [miss] * (not math.isnan(ours))
+    return max(misses)
+
+
+def measure_all(sets: Sequence[Mapping[str, Value]], is_whole: bool) -> list[list[Measured]]:
+    """Take sets through the stages, each while it is near, or all the way."""
+    found: list[list[Measured]] = [[] for _ in sets]
+    going = list(range(len(sets)))
+    for arena, controllers, seeds, limit in STAGES:
+        measured = measure([sets[k] for k in going], arena, controllers, seeds)
+        for k, episodes in zip(going, measured, strict=True):
+            found[k] += episodes
+        going = [k for k in going if is_whole or distance(found[k], arena) <= limit]
+    return found
+
+
+def load(file: Path) -> pa.Table:
+    """The sets so far: their places in the unit cube, their numbers, their episodes."""
+    return pq.read_table(file) if file.exists() else pa.table({})
+
+
+def episodes_in(table: pa.Table) -> list[list[Measured]]:
+    """The episodes of each set."""
+    rows = table["episodes"].to_pylist() if table.num_rows else []
+    return [[Measured(**each) for each in row] for row in rows]
+
+
+def draws_in(table: pa.Table) -> Draws:
+    """The place of each set in the unit cube."""
+    rows = table["draw"].to_pylist() if table.num_rows else []
+    return np.asarray(np.array(rows, float).reshape(-1, len(PRIOR)))
+
+
+def inputs(draws: Draws, arena: str) -> Draws:
+    """What bears on an arena: all but the areas of other arenas, rules at either end."""
+    bears = [not name.endswith("area_distance") or name.startswith(arena) for name in PRIOR]
+    is_rule = np.array([isinstance(each, tuple) for each in PRIOR.values()])
+    return np.asarray(np.where(is_rule, draws >= 0.5, draws)[:, bears])
+
+
+def scaled(numbers: Float64[Array, "sets numbers"]) -> Float64[Array, "sets 5"]:
+    """The first five published numbers for an emulator: counts and ratio as logarithms."""
+    counts = np.log(np.maximum(numbers[:, [0, 1, 4]], 1e-3))
+    return np.column_stack([counts, numbers[:, 2:4]])
+
+
+def chance(
+    candidates: Draws, draws: Draws, episodes: Sequence[Sequence[Measured]], arena: str
+) -> Float64[Array, " candidates"]:
+    """The probability that sets lie within the tolerances of an arena, by an emulator.
+
+    It is fitted to all sets so far; one, while too few were measured there.
+    """
+    n = np.array([n_worlds(each, arena) for each in episodes])
+    if (n > 0).sum() < FEWEST:
+        return np.ones(len(candidates))
+    numbers = np.array([numbers_of(e, arena) for e, k in zip(episodes, n, strict=True) if k])
+    emulator = Emulator.fit(inputs(draws[n > 0], arena), scaled(numbers), n[n > 0].astype(float))
+    ends = [
+        (low - (near := tolerance(spread, rounding, int(n.max()))), high + near)
+        for low, high, spread, rounding in PUBLISHED[arena].values()
+    ]
+    return emulator.chance(inputs(candidates, arena), *scaled(np.array(ends).T))
+
+
+def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) -> Draws:
+    """The sets to measure next; the first of all is today's."""
+    done = len(draws)
+    if done == 0:
+        return np.array([place_of(today())])
+    if done < FIRST:
+        return np.asarray(qmc.Sobol(len(PRIOR), seed=seed).random(FIRST)[done : done + BATCH])
+    rng = np.random.default_rng((seed, done))
+    candidates = rng.random((CANDIDATES, len(PRIOR)))
+    hope = chance(candidates, draws, episodes, "es1") * chance(candidates, draws, episodes, "es2")
+    hope += np.finfo(float).tiny  # where no set is probable at all, any will do
+    n_even = round(EVEN * BATCH)
+    chosen = rng.choice(CANDIDATES, BATCH - n_even, replace=False, p=hope / hope.sum())
+    return np.asarray(candidates[np.append(np.arange(n_even), chosen)])
+
+
+def search(file: Path, n_sets: int, seed: int) -> None:
+    """Draw and measure sets until the file holds `n_sets`."""
+    table = load(file)
+    draws, episodes = draws_in(table), episodes_in(table)
+    while len(draws) < n_sets:
+        new = next_draws(draws, episodes, seed).astype(np.float32).astype(float)
+        sets = [values_of(each) for each in new]
+        found = measure_all(sets, is_whole=len(draws) == 0)
+        rows = [{"draw": draw.tolist(), **values, "episodes": [asdict(each) for each in of]}
+                for draw, values, of in zip(new, sets, found, strict=True)]  # fmt: skip
+        tables = [table, pa.Table.from_pylist(rows)][not len(draws) :]
+        table, content = pa.concat_tables(tables, promote_options="permissive"), BytesIO()
+        pq.write_table(table, content, compression="zstd")
+        write_atomically(file, content.getvalue())
+        draws, episodes = np.concatenate([draws, new]), [*episodes, *found]
+        near = [sum(distance(each, arena) <= 1.0 for each in episodes) for arena in PUBLISHED]
+        say(f"{len(draws)} sets, {near[0]} within the tolerances of es1, {near[1]} of es2")
