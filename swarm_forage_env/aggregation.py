@@ -45,8 +45,7 @@ class AggregationScenario(EpuckScenario):
     @property
     def areas(self) -> Float64[Array, "areas 2"]:
         """Centres of the spots, world frame [m]."""
-        half = 0.5 * self.task.spot_distance
-        return np.array([[-half, 0.0], [half, 0.0]])
+        return 0.5 * self.task.spot_distance * np.array([[-1.0, 0.0], [1.0, 0.0]])
 
     @property
     def area_radius(self) -> float:
@@ -96,11 +95,9 @@ def score(swarm: Array, i: int, world: AggregationWorldState) -> None:
 
 
 class AggregationWorld(
-    EpuckWorld,
-    robot=AggregationState,
-    world=AggregationWorldState,
+    EpuckWorld, robot=AggregationState, world=AggregationWorldState,
     functions={"brightness_at": brightness_at, "score": score},
-):
+):  # fmt: skip
     """Worlds of aggregation, side by side."""
 
     @staticmethod
@@ -146,9 +143,8 @@ SCENARIOS.register("aggregation", "robots gather on one of two black spots")(
     )
 )
 ORIGINS["aggregation"] = {
-    **dict.fromkeys(("arena.length", "arena.width"), "Holds the polygon (derived)"),
+    "arena.length": "Holds the polygon (derived)", "arena.width": "Holds the polygon (derived)",
     "arena.corners": "AutoMoDe, a dodecagon (published)",
-    "task.n_robots": "AutoMoDe (published)",
-    "task.duration": "To move from spot to spot (chosen)",
+    "task.n_robots": "AutoMoDe (published)", "task.duration": "To move from spot to spot (chosen)",
     "task.start_radius": "Nearly the whole arena (chosen)",
-}
+}  # fmt: skip

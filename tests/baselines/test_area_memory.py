@@ -85,7 +85,7 @@ def test_only_the_world_that_is_reset_forgets():
     loop = Loop(find_scenario("es1"), CONTROLLERS["dsgiff"], [0, 1, 2], "kinematic")
     beliefs = loop.controller.minds["estimator"]["belief"]
     beliefs["p"], beliefs["known"], beliefs["goal"] = 1.0, True, PREY
-    loop.controller.reset(1, 7)
+    loop.controller.reset(1, 2, [7])
     assert beliefs["known"].all(axis=(1, 2)).tolist() == [True, False, True]
     assert beliefs["p"].sum(axis=(1, 2)).tolist() == [20.0, 0.0, 20.0]
     assert beliefs["goal"].tolist() == [[PREY] * 10, [NOWHERE] * 10, [PREY] * 10]

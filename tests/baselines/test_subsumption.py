@@ -170,7 +170,7 @@ def test_only_the_world_that_is_reset_starts_its_walks_again():
         loop.step()
     courses = loop.controller.minds["motion"]
     before = courses.copy()
-    loop.controller.reset(1, 9)
+    loop.controller.reset(1, 2, [9])
     np.testing.assert_array_equal(courses[0], before[0])
     fresh = Loop(find_scenario("es1"), CONTROLLERS["nc"], [9], "kinematic")
     np.testing.assert_array_equal(courses[1], fresh.controller.minds["motion"][0])

@@ -132,7 +132,7 @@ def recorded():
 def running(name):
     """One world under a controller that has seen nothing yet."""
     loop = Loop(find_scenario("es1", BUSY), find_controller(name), [3], "kinematic")
-    loop.controller.reset(0, 3)
+    loop.controller.reset(0, 1, [3])
     return loop
 
 

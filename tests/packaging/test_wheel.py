@@ -21,12 +21,7 @@ PIP = sys.executable, "-m", "pip"
 HIDING = """
 import sys
 
-class Missing:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {hidden}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-
-sys.meta_path.insert(0, Missing())
+sys.modules.update(dict.fromkeys({hidden}))
 sys.argv = ["swarm-forage", *{arguments}]
 """
 

@@ -93,7 +93,7 @@ def test_only_a_learner_that_stays_on_the_gpu_asks_torch_for_one(
     experiment, monkeypatch, algorithm, asked
 ):
     found, tried = [], []
-    monkeypatch.setattr(experiments, "check_device", found.append)
+    monkeypatch.setattr(experiments, "checked_device", found.append)
     monkeypatch.setattr(experiments, "usable_gpu", lambda: tried.append("gpu"))
     monkeypatch.setattr("training.tensor_vec_env.torch_device", tried.append)
     experiment(algorithm=algorithm, population=None, device="cuda").check()

@@ -74,7 +74,8 @@ def kept(monkeypatch):
 def test_a_ladder_makes_five_trainings_of_all_algorithms_on_all_rungs(call, kept, tmp_path):
     output, done = call("ladder", f"--out={tmp_path}")
     ((jobs, out, backend),) = done.jobs
-    assert len(jobs) == 5 * len(read_rungs()) * len(read_algorithms())
+    rungs, algorithms = read_rungs(), read_algorithms().values()
+    assert len(jobs) == 5 * sum(len(each.rungs) or len(rungs) for each in algorithms)
     assert {job.seed for job in jobs} == {0, 1, 2, 3, 4}
     assert {job.budget for job in jobs} == {None}
     assert (out, backend) == (tmp_path, "a backend")
