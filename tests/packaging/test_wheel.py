@@ -21,7 +21,19 @@ PIP = sys.executable, "-m", "pip"
 HIDING = """
 import sys
 
-sys.modules.update(dict.fromkeys({hidden}))
+class Without:
+    def __init__(self, finder):
+        self._finder = finder
+
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {hidden}:
+            return None
+        return self._finder.find_spec(name, path, target)
+
+    def __getattr__(self, name):
+        return getattr(self._finder, name)
+
+sys.meta_path[:] = map(Without, sys.meta_path)
 sys.argv = ["swarm-forage", *{arguments}]
 """
 
