@@ -36,7 +36,12 @@ class _Checked(Protocol):
 
 @dataclass(frozen=True)
 class LayeredController(LayerParts):
-    """A controller of three layers, which can be named, changed and run."""
+    """A controller of three layers, which can be named, changed and run.
+
+    >>> from swarm_forage_env.controllers import find_controller
+    >>> find_controller("ssgiff:beta=0.001").parameters["weighting.beta"]
+    0.001
+    """
 
     @property
     def layers(self) -> dict[str, Parameters]:

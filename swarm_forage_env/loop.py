@@ -59,6 +59,13 @@ class Loop(WorldsOnCpu):
 
     The result does not depend on the number of threads: each runs its own worlds. A copy, by
     `copy.deepcopy` or by pickle, goes on from the same tick, bit for bit.
+
+    >>> from swarm_forage_env.controllers import find_controller
+    >>> from swarm_forage_env.scenarios import find_scenario
+    >>> loop = Loop(find_scenario("near"), find_controller("ssgikf"), seeds=range(4))
+    >>> loop.run(10)
+    >>> loop.world.robots["pose"].shape  # worlds, robots, and x, y, heading
+    (4, 5, 3)
     """
 
     def __init__(

@@ -33,6 +33,10 @@ class SwarmVecEnv(VecEnv):
     `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN raise a
     ConfigError: PPO clips its own.
 
+    >>> env = SwarmVecEnv("near", n_worlds=4)
+    >>> env.num_envs, len(env.reset())  # four worlds of five robots
+    (20, 20)
+
     With `device="cuda"` the worlds run on a GPU, under what `ArrayEnv` refuses there. Trainers of
     stable-baselines3 want NumPy: every step copies all actions to the GPU, and all observations
     and rewards back, and makes a dictionary for each row on the CPU. Thousands of worlds pay with

@@ -89,6 +89,11 @@ class LearnerEnv(_SwarmEnv):
     The keywords are those of `parallel_env`. Observation, action, reward and info are the first
     robot's; with `reward="team"` it gets the mean over the swarm, its team-mates included.
     With `learn="everything"` the others do not understand it, and hear only where it is.
+
+    >>> env = LearnerEnv(scenario="near")
+    >>> observation, info = env.reset(seed=0)
+    >>> env.action_space.shape  # speed and turn
+    (2,)
     """
 
     single_learner = True
@@ -101,6 +106,9 @@ class JointEnv(_SwarmEnv):
     each number of one robot is. With `reward="own"` the reward is the sum over the robots, the
     round trips of the step; with `reward="team"` it is their mean. In the info, counts are
     summed over the robots and all else is averaged.
+
+    >>> JointEnv(scenario="near").action_space.shape  # speed and turn of five robots
+    (10,)
     """
 
 
@@ -110,6 +118,11 @@ class TupleEnv(_SwarmEnv):
     Spaces, observations and actions are tuples and rewards a list, with an entry for each of
     `n_agents` robots. Actions are Discrete unless `discrete=False`. The other keywords are those of
     `parallel_env`. Gymnasium's vector environments do not take lists of rewards.
+
+    >>> env = TupleEnv(scenario="near")
+    >>> observations, info = env.reset(seed=0)
+    >>> len(observations), env.n_agents
+    (5, 5)
     """
 
     def __init__(self, **options: Unpack[SingleEnvOptions]) -> None:

@@ -137,13 +137,21 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
 
 
 class LearnerVectorEnv(_SwarmVectorEnv):
-    """`LearnerEnv` side by side: in each world the first robot learns among team-mates."""
+    """`LearnerEnv` side by side: in each world the first robot learns among team-mates.
+
+    >>> LearnerVectorEnv(num_envs=3, scenario="near").action_space.shape
+    (3, 2)
+    """
 
     single_learner = True
 
 
 class JointVectorEnv(_SwarmVectorEnv):
-    """`JointEnv` side by side: in each world one learner steers all robots."""
+    """`JointEnv` side by side: in each world one learner steers all robots.
+
+    >>> JointVectorEnv(num_envs=3, scenario="near").action_space.shape
+    (3, 10)
+    """
 
 
 def _count(name: str, value: object) -> int:

@@ -209,6 +209,12 @@ def env(
     render_mode: RenderMode | None = None,
     **options: Unpack[EnvOptions],
 ) -> AECEnv:
-    """The environment with agents acting in turn: actions clipped, order of calls checked."""
+    """The environment with agents acting in turn: actions clipped, order of calls checked.
+
+    >>> turns = env("near")
+    >>> turns.reset(seed=0)
+    >>> for agent in turns.agent_iter(10):
+    ...     turns.step(turns.action_space(agent).sample())
+    """
     bare = raw_env(scenario, controller=controller, render_mode=render_mode, **options)
     return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(bare))
