@@ -101,7 +101,9 @@ def loaded(path: str) -> griffe.Object | griffe.Alias:
 
 
 def _is_field(member: griffe.Object | griffe.Alias) -> bool:
+    """Whether a member is declared in the body of its class, and not made of others by a method."""
     is_plain = not member.is_alias and member.is_attribute and not member.name.startswith("_")
+    is_plain = is_plain and not str(member.value).startswith("self.")
     return is_plain and member.annotation is not None and "instance-attribute" in member.labels
 
 
