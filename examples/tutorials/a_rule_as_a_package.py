@@ -89,7 +89,7 @@ _ = (FOLDER / "pyproject.toml").write_text(PROJECT, encoding="utf-8")
 # %%
 site = OUT / "hopeful-site"
 install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--upgrade", *PIP]
-subprocess.run([*install, "--target", str(site), str(FOLDER)], check=True)
+_ = subprocess.run([*install, "--target", str(site), str(FOLDER)], check=True)
 
 # %% [markdown]
 # The rule by itself: its weight for two exchanges, in which the received place is nearer than the

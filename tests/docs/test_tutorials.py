@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 
 import pytest
 import tutorial_pages
@@ -95,4 +96,4 @@ def test_what_is_kept_of_a_tutorial_is_of_its_code_and_shows_text_and_a_picture(
     assert any("text" in each for each in outputs)
     assert any("image/png" in each.get("data", ()) for each in outputs)
     assert not [each for each in outputs if each["output_type"] == "error"]
-    assert str(ROOT) not in kept
+    assert not re.search(r"['\" ]/(home|root|tmp|Users|work)/", kept), "a path of a machine"
