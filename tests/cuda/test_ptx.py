@@ -53,7 +53,8 @@ ON_CPU = {
     "largest_count cell_of cells_of": "the list of neighbours of a CPU",
     "draw_faults": "the loop over worlds that are made on a CPU",
     "acos": "matrices of positions in estimators that a GPU has not",
-    "seed_streams": "a reset of a CPU",
+    "seed_streams place_swarms": "a reset of a CPU",
+    "start_stream _hashed _mixed": "seeds of episodes that a user gives",
     "write_events area_under is_touching is_near_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
     "write_log": "the loop over worlds of the log",
@@ -76,6 +77,7 @@ OF_STEPS = (
     "drive_to_wheels drive_v1_to_wheels wheels_of course_to_command share_of_command"
     " log_beliefs log_counts write_robot_log write_counts localisation_error"
     " distance_to_kind potential farthest log_messages"
+    " draw_seed _advance _sum _product _joined"
 )
 """Functions of an environment's step, which have a test of their own."""
 
