@@ -7,6 +7,7 @@
 
 # %%
 import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -58,7 +59,7 @@ _ = axes.legend()
 # %%
 def swarm_forage(*arguments):
     """Run the command line and print what it prints."""
-    run = ["swarm-forage", *map(str, arguments)]
+    run = [sys.executable, "-m", "training.cli", *map(str, arguments)]
     print(subprocess.run(run, check=True, capture_output=True, text=True).stdout)
 
 
