@@ -158,7 +158,6 @@ class WeightingRule(Protocol):
 
     def __call__(self, exchange: Rows) -> Float32[Array, "rows weights"]:
         """The weights of all robots; those of a robot without an exchange do not count."""
-        ...
 
 
 class MotionRule(Protocol):
@@ -173,11 +172,9 @@ class MotionRule(Protocol):
 
         Of robots that forage: situation, readings, heard, wheels; the last are the last command.
         """
-        ...
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world, and draw from this seed from now on."""
-        ...
 
 
 class RunningController(Protocol):
@@ -189,40 +186,31 @@ class RunningController(Protocol):
     @property
     def has_rules(self) -> bool:
         """A layer is a rule in NumPy, which is asked about all worlds at once."""
-        ...
 
     @property
     def compiled(self) -> CompiledLayers:
         """All that it does between two cuts, for one call with the worlds."""
-        ...
 
     def check_on_gpu(self) -> None:
         """ConfigError for layers that run on a CPU only, with the reason."""
-        ...
 
     def consult(self) -> None:
         """Ask the rules written in NumPy, and write their actions."""
-        ...
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Forget everything about the worlds first .. last - 1, and draw from these seeds."""
-        ...
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> object:
         """The numbers of one world's layers in another scenario; ConfigError if one has none."""
-        ...
 
     def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
         """Go by these numbers in one world from now on."""
-        ...
 
     def snapshot(self) -> Any:  # noqa: ANN401 of the controller
         """All that the next ticks depend on, as copies, picklable."""
-        ...
 
     def restore(self, kept: Any) -> None:  # noqa: ANN401 as above
         """Go on as when that snapshot was taken; arrays keep their place in memory."""
-        ...
 
 
 @runtime_checkable
@@ -232,7 +220,6 @@ class Controller(Protocol):
     @property
     def name(self) -> str:
         """What it is called, without its parameters."""
-        ...
 
     def build(
         self,
@@ -241,11 +228,9 @@ class Controller(Protocol):
         each: Sequence[Any],
     ) -> RunningController:
         """The running controller of a block of worlds, with the numbers of `each` of them."""
-        ...
 
     def with_parameters(self, values: Mapping[str, Any]) -> "Controller":
         """The same controller with some parameters changed."""
-        ...
 
 
 @runtime_checkable
@@ -254,7 +239,6 @@ class TeamController(Controller, Protocol):
 
     def language(self, scenario: BaseScenario) -> object:
         """What its robots understand: those of equal languages are a team."""
-        ...
 
     def build_team(
         self,
@@ -264,7 +248,6 @@ class TeamController(Controller, Protocol):
     ) -> RunningController:
         """The running controller of a team: of each world what drives each of its robots, None
         for a robot of another team, which is to be left alone."""
-        ...
 
 
 @runtime_checkable
@@ -275,7 +258,6 @@ class PolicyOverLayers(Controller, Protocol):
 
     def under(self, scenario: BaseScenario) -> TeamController:
         """What does the rest."""
-        ...
 
     def over(
         self,
@@ -284,7 +266,6 @@ class PolicyOverLayers(Controller, Protocol):
         robots: Sequence[int],
     ) -> RunningController:
         """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
-        ...
 
 
 @runtime_checkable
@@ -293,49 +274,24 @@ class ChecksScenarios(Protocol):
 
     def check_supports(self, scenario: BaseScenario) -> None:
         """ConfigError if it is not made for such a world."""
-        ...
-
-
-@runtime_checkable
-class _Talks(Protocol):
-    talks: bool
-
-
-@runtime_checkable
-class _Privileged(Protocol):
-    is_privileged: bool
-
-
-@runtime_checkable
-class _Everything(Protocol):
-    is_everything: bool
-
-
-@runtime_checkable
-class _ReadsFiles(Protocol):
-    reads: Sequence[Path]
 
 
 def has_talk(controller: object) -> bool:
     """Whether robots of a controller tell each other what a weighting can weigh; by default yes."""
-    return controller.talks if isinstance(controller, _Talks) else True
+    return bool(getattr(controller, "talks", True))
 
 
 def is_privileged(controller: object) -> bool:
     """Whether a controller is an oracle, which knows the ground truth."""
-    return isinstance(controller, _Privileged) and controller.is_privileged
+    return bool(getattr(controller, "is_privileged", False))
 
 
 def is_everything(controller: object) -> bool:
     """Whether a controller is a policy that leaves no layer to others."""
-    return isinstance(controller, _Everything) and controller.is_everything
+    return bool(getattr(controller, "is_everything", False))
 
 
 def files_read_by(part: object) -> Sequence[Path]:
     """The files that a part of a controller or world reads, as that of a policy."""
-    return part.reads if isinstance(part, _ReadsFiles) else ()
-
-
-def name_of(controller: Controller | str) -> str:
-    """What a controller is called."""
-    return controller if isinstance(controller, str) else controller.name
+    files: Sequence[Path] = getattr(part, "reads", ())
+    return files

@@ -14,7 +14,7 @@ from gymnasium.spaces import Box
 from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.make import EnvParts
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.interface import Controller, name_of
+from swarm_forage_env.interface import Controller
 from swarm_forage_env.registry import CONTROLLERS
 
 ON_SPACE = "policy_card"
@@ -61,7 +61,7 @@ def _path(observation: object) -> str:
 
 def name_and_changes(controller: Controller) -> str:
     """A controller as its name and the parameters that differ from those of that name."""
-    name = name_of(controller)
+    name = controller.name
     if name not in CONTROLLERS or not isinstance(controller, _HasParameters):
         return name
     usual = CONTROLLERS[name].parameters

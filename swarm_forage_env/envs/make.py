@@ -7,7 +7,7 @@ from typing import NoReturn
 from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.config import EnvConfig, chosen_robots
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.interface import ChecksScenarios, Controller, has_talk, is_everything, name_of
+from swarm_forage_env.interface import ChecksScenarios, Controller, has_talk, is_everything
 from swarm_forage_env.mixed import members_of, with_members
 from swarm_forage_env.parameters import BaseScenario, leaves, resolve, validated
 from swarm_forage_env.scenarios import ScenarioSource, find_scenario
@@ -119,7 +119,7 @@ def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> Ba
 
 
 def _refuse(controller: Controller, why: str) -> NoReturn:
-    raise ConfigError(f"controller '{name_of(controller)}': {why}")
+    raise ConfigError(f"controller '{controller.name}': {why}")
 
 
 def _check_exchanges(config: EnvConfig) -> None:

@@ -3,43 +3,17 @@
 import html
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.util import find_spec
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from gymnasium.spaces import Space
-
-from swarm_forage_env.envs.config import EnvConfig
-from swarm_forage_env.envs.episodes import Episodes
 from swarm_forage_env.interface import Controller
-from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering.viewer import Viewer
-from swarm_forage_env.spaces import Layout
-from swarm_forage_env.task import Task, World, stage_of
+from swarm_forage_env.task import stage_of
+
+if TYPE_CHECKING:
+    from swarm_forage_env.envs.array_env import ArrayEnv
 
 
-class Shown(Protocol):
-    """What a notebook shows of an `ArrayEnv`."""
-
-    config: EnvConfig
-    task: Task
-    loop: Loop
-    episodes: Episodes
-    learners: list[str]
-    max_cycles: int
-    observation_layout: Layout
-    action_layout: Layout
-
-    @property
-    def world(self) -> World:
-        """The worlds of the robots."""
-        ...
-
-    @property
-    def action_space(self) -> Space[object]:
-        """The actions of one learner."""
-        ...
-
-
-def title_of(controller: object, env: Shown) -> str:
+def title_of(controller: object, env: "ArrayEnv") -> str:
     """What moves the robots, as the title of a picture says it: a controller, or several."""
     learn = env.config.learn
     if learn == "everything":
@@ -52,7 +26,7 @@ def title_of(controller: object, env: Shown) -> str:
     return f"{', '.join(names)}, policy for {learn}"
 
 
-def html_of(env: Shown, kind: str, moved_by: str) -> str:
+def html_of(env: "ArrayEnv", kind: str, moved_by: str) -> str:
     """The HTML of an environment of some API; of several worlds the first is drawn.
 
     The picture is there once an episode has begun, and where pygame is installed.
@@ -74,7 +48,7 @@ def html_of(env: Shown, kind: str, moved_by: str) -> str:
     return f"<div><b>{html.escape(kind)}</b>{_picture(env, moved_by)}{_rows(facts)}{details}</div>"
 
 
-def _picture(env: Shown, moved_by: str) -> str:
+def _picture(env: "ArrayEnv", moved_by: str) -> str:
     """The first world as it stands; nothing where it cannot be drawn, or has not begun."""
     has_begun = bool(env.episodes.ends.any())
     if not has_begun or env.task.scene is None or find_spec("pygame") is None:
