@@ -35,13 +35,12 @@ from swarm_forage_env.interface import (
     MotionRule,
     WeightingRule,
 )
-from swarm_forage_env.joined_layers import joined
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.raw_control import set_no_stream
 from swarm_forage_env.record import Rows, copied_rows, record_dtype
 from swarm_forage_env.task import World, task_of
-from swarm_forage_env.ticks import nothing
+from swarm_forage_env.ticks import joined, nothing
 
 
 @dataclass

@@ -1,8 +1,8 @@
-"""Global state: what is true in a block of worlds, for centralised critics and for the logs."""
+"""What is reported of a block of worlds: global state for critics, logs, and trajectories."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -64,3 +64,38 @@ class GlobalState(ABC):
     @abstractmethod
     def log(self) -> Float64[Array, "rows infos"]:
         """The numbers that are logged, a row for each robot, in the order of `infos`."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryColumn:
+    """One column: what a table calls it, its type, and what it is for a reader."""
+
+    name: str
+    kind: str
+    """NumPy type: of the numbers, or of the codes of words."""
+
+    text: str
+    """What the column holds, with its unit."""
+
+    words: tuple[str, ...] = ()
+    """The word of each code, where the column holds words."""
+
+    @property
+    def is_nullable(self) -> bool:
+        """The column may be empty: a float that is NaN, a code that is -1."""
+        return bool(self.words) or self.kind.startswith("f")
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryKind:
+    """What the robots of a task leave behind in a tick."""
+
+    columns: tuple[TrajectoryColumn, ...]
+    take: Callable[[Any, Array], Mapping[str, Array]]
+    """The columns as they stand now, each (worlds, robots), from a block and the minds of its
+    robots. NaN and -1 stand for what there is not."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        return tuple(each.name for each in self.columns)

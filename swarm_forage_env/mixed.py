@@ -25,13 +25,12 @@ from swarm_forage_env.interface import (
     has_talk,
     is_privileged,
 )
-from swarm_forage_env.joined_layers import joined
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import offset_of, record_dtype
 from swarm_forage_env.task import task_of
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import Arrays, nothing
+from swarm_forage_env.ticks import Arrays, joined, nothing
 
 Team = list[int]
 """Numbers of the robots that understand each other."""

@@ -19,7 +19,7 @@ from swarm_forage_env.arrays import Array, Bool, Float64, Int8, Int64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.global_state import GlobalState
+from swarm_forage_env.global_state import GlobalState, TrajectoryKind
 from swarm_forage_env.interface import Controller, GpuTask, Kernel, RunningController
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
@@ -38,7 +38,6 @@ from swarm_forage_env.ticks import (
     only,
     run_ticks,
 )
-from swarm_forage_env.trajectory import TrajectoryKind
 
 
 class World(ABC):

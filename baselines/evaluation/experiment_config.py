@@ -34,14 +34,13 @@ NOT_HASHED = {
     "envs": "environments for learning; what a policy is shown and gives, it `reads`",
     "errors.py": "refusals",
     "extras.py": "refusals",
-    "global_state.py": "what a learner's critic is shown",
+    "global_state.py": "what a learner's critic is shown, and what is recorded of an episode",
     "randomise.py": "environments for learning",
     "rendering": "pictures",
     "rewards.py": "rewards",
     "scene.py": "pictures",
     "swarm_forage_v1.py": "environments for learning",
     "swarm_forage_v2.py": "environments for learning",
-    "trajectory.py": "what is recorded of an episode",
 }
 """Folders and files of the world that change no number of an evaluated episode, and what they are
 there for."""

@@ -18,9 +18,9 @@ from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, 
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.global_state import TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task, task_of
-from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 ENDING = ".trajectory.parquet"
 """Of the names of files, by which readers of episodes pass over them."""

@@ -15,17 +15,50 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, UInt64
 from swarm_forage_env.epuck.fault_record import N_KINDS, FaultNumbers
-from swarm_forage_env.epuck.limits import (
-    bearing_noise,
-    ground_noise,
-    max_brightness,
-    max_step,
-    max_turn,
-    odometry_noise,
-    proximity_noise,
-    range_noise,
-)
+from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.record import Record, field, flag
+
+SLACK = 1.01
+"""Room for the rounding to float32."""
+
+
+def max_brightness(scenario: EpuckScenario) -> float:
+    """Reading of a ground sensor over white floor."""
+    return SLACK * (1.0 + scenario.sensors.ground_noise)
+
+
+def max_step(scenario: EpuckScenario) -> float:
+    """Path of a wheel in a tick, as its encoder reads it [m]; a worn encoder reads more."""
+    robot, noise = scenario.robot, scenario.sensors.wheel_noise
+    speed, worn = robot.max_speed, scenario.faults.worn
+    if worn.is_any:
+        speed, noise = speed * (1.0 + worn.bias), noise * max(worn.noise_factor, 1.0)
+    return SLACK * (speed + noise * robot.cruise_speed) * scenario.tick
+
+
+def max_turn(scenario: EpuckScenario) -> float:
+    """Turn in a tick, as the encoders read it [rad]."""
+    return 2.0 * max_step(scenario) / scenario.robot.axle
+
+
+def odometry_noise(scenario: EpuckScenario) -> tuple[str, str]:
+    """Error of distance and turn, in words."""
+    robot = scenario.robot
+    error = scenario.sensors.wheel_noise * robot.cruise_speed * scenario.tick
+    return f"+- {error:.3g} m", f"+- {2.0 * error / robot.axle:.3g} rad"
+
+
+def range_noise(scenario: EpuckScenario) -> str:
+    """How badly one frame measures the range, in words."""
+    if scenario.radio.is_board:
+        return "lognormal, as the real board, each frame"
+    return f"+- {scenario.radio.range_noise:g} m, each frame"
+
+
+def bearing_noise(scenario: EpuckScenario) -> str:
+    """How badly one frame measures a bearing, in words."""
+    return f"+- {scenario.radio.bearing_noise:.3g} rad, each frame"
+
 
 AREAS = ("nest", "prey")
 WHEELS = ("left", "right")
@@ -91,7 +124,12 @@ class Readings(Record):
     """What the robot's own sensors say after a tick. Writer: tick."""
 
     proximity: Float32[Array, "8"] = field(
-        np.float32, 8, unit="reading", low=0.0, high=1.0, noise=proximity_noise
+        np.float32,
+        8,
+        unit="reading",
+        low=0.0,
+        high=1.0,
+        noise=lambda scenario: f"x (1 +- {scenario.sensors.proximity_noise:g})",
     )
     """Infrared, 1 at contact and 0 beyond 5 cm, at PROXIMITY_ANGLES of the body frame."""
 
@@ -102,7 +140,7 @@ class Readings(Record):
         low=0.0,
         high=max_brightness,
         names=(("left", "middle", "right"),),
-        noise=ground_noise,
+        noise=lambda scenario: f"x (1 +- {scenario.sensors.ground_noise:g})",
     )
     """Brightness under the left, middle and right ground sensor: black 0, white 1."""
 

@@ -18,7 +18,7 @@ from swarm_forage_env.epuck.records import (
     Heard,
 )
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
-from swarm_forage_env.equations.differential_drive import wheels_to_arc
+from swarm_forage_env.equations.differential_drive import encoder, wheels_to_arc
 from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
 from swarm_forage_env.equations.obstacles import (
@@ -28,7 +28,6 @@ from swarm_forage_env.equations.obstacles import (
     is_between,
     ray_to_capsule,
 )
-from swarm_forage_env.equations.odometry import encoder
 from swarm_forage_env.equations.proximity import (
     RAY_COS,
     RAY_SIN,

@@ -18,18 +18,72 @@ from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.epuck.control import steer_world
 from swarm_forage_env.epuck.drawing import scene, stage
 from swarm_forage_env.epuck.placing import place_world
-from swarm_forage_env.epuck.policies import MOTION, STEERINGS
-from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.records import (
+    Action,
+    Command,
+    EpuckState,
+    EpuckWorldState,
+    Heard,
+    Readings,
+)
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.surroundings import list_by_robots
 from swarm_forage_env.epuck.world import EpuckWorld
-from swarm_forage_env.global_state import GlobalState
+from swarm_forage_env.equations.differential_drive import drive_to_wheels, drive_v1_to_wheels
+from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.interface import GpuTask, Kernel, RunningController
+from swarm_forage_env.observed_fields import layout_of, paths
+from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.record import Record
 from swarm_forage_env.scene import Scene
-from swarm_forage_env.spaces import Feature
+from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import TASKS, Task
-from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
+
+WHEELS = paths("", "robots.action", Action, "wheels")
+"""What a policy of the motion gives."""
+
+
+def slots(scenario: EpuckScenario) -> Mapping[str, int]:
+    """How many message slots are observed in a scenario."""
+    return {"slots": scenario.slots}
+
+
+_TURN = Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0)
+_DRIVES = (1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)
+
+STEERINGS = {
+    "drive": Steering(
+        Layout((Feature("drive.speed", "-1 stands, 0 is the cruise speed", -1.0, 1.0), _TURN)),
+        choices=_DRIVES,
+        command=drive_to_wheels,
+    ),
+    "drive-v1": Steering(
+        Layout((Feature("drive.speed", "-1 stands, 1 is the cruise speed", -1.0, 1.0), _TURN)),
+        choices=_DRIVES,
+        command=drive_v1_to_wheels,
+    ),
+    "wheels": Steering(
+        layout_of(WHEELS, {}, None),
+        choices=((1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (-1.0, 1.0), (1.0, -1.0)),
+    ),
+}
+"""How a policy can steer, by the name that `action` takes; the first is the usual one."""
+
+MOTION = PolicyInterface(
+    (
+        *paths("readings", "robots.readings", Readings, "proximity ground"),
+        *paths("heard", "robots.heard", Heard, "is_valid range_bearing"),
+        *paths("command", "robots.command", Command, "wheels"),
+    ),
+    WHEELS,
+    ("motion",),
+    slots,
+    decision_period=10,
+    can_correct=True,
+    is_steering=True,
+)
+"""The motion of a robot without an estimator: it sees what the sensors say, and who is near."""
+
 
 log: Kernel
 """Free name of the template."""

@@ -12,7 +12,7 @@ A task fills four free names:
 from swarm_forage_env.arrays import Array, Float64, Int64
 from swarm_forage_env.compiler import inlined, kernel
 from swarm_forage_env.epuck.contacts import resolve_contacts
-from swarm_forage_env.epuck.fault_effects import update_faults
+from swarm_forage_env.epuck.fault_draws import update_faults
 from swarm_forage_env.epuck.fault_record import DEAD, DEAF
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.sensors import (

@@ -3,6 +3,7 @@
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos, cos_sin
 from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.random_draws import Streams, symmetric
 
 FULL_TURN_AT = 0.5
 """Off course by this angle or more, the wheels turn as fast as they can [rad] (chosen)."""
@@ -92,3 +93,16 @@ def path_length(drho: float, dtheta: float, axle: float) -> float:
     Source: Gutierrez2010, footnote 4 (Neural Computing and Applications), for the turn.
     """
     return abs(drho) + 0.5 * abs(dtheta) * axle
+
+
+@kernel
+def encoder(dU: float, error: float, streams: Streams, column: int) -> float:
+    """The path of a wheel as its encoder tells it [m], for a true path dU [m].
+
+        dU + e,  e uniform in +- error
+
+    error is a share of the greatest path of a tick [m]; a wheel at rest is read exactly.
+
+    Source: ANTS, Section 4.1.
+    """
+    return dU + error * symmetric(streams, column) if dU != 0.0 else 0.0

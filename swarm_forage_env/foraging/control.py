@@ -14,7 +14,7 @@ from typing import Any
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import apply_wheels
-from swarm_forage_env.epuck.fault_effects import is_lying, is_stale
+from swarm_forage_env.epuck.fault_draws import is_lying, is_stale
 from swarm_forage_env.epuck.fault_record import Fault, Lie
 from swarm_forage_env.epuck.records import Action, Readings
 from swarm_forage_env.equations.differential_drive import wheels_towards

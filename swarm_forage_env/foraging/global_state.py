@@ -13,11 +13,10 @@ from swarm_forage_env.foraging.areas import MAX_AREAS
 from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.records import PATH, PLACE, RobotState, Situation, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.global_state import GlobalState
+from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature
-from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 INFOS = ("round_trips", "lost_events", "on_path", "messages", "known_areas", "localisation_error_m")
 """What is logged of each robot: counts of the episode so far, and how it stands. The error is

@@ -9,8 +9,8 @@ import numpy as np
 from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32, Int64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
-from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
+from swarm_forage_env.foraging.scoring import distance_to_kind
 
 
 def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:

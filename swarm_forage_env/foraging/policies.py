@@ -4,8 +4,8 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.policies import STEERINGS, WHEELS, slots
 from swarm_forage_env.epuck.records import Action, Command, Heard, Readings
+from swarm_forage_env.epuck.task import STEERINGS, WHEELS, slots
 from swarm_forage_env.foraging.records import WORDS, Exchange, RobotState, Said, Situation
 from swarm_forage_env.observed_fields import FieldPath, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
-from swarm_forage_env.epuck.limits import range_noise
-from swarm_forage_env.epuck.records import AREAS, SPEED, EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.records import AREAS, SPEED, EpuckState, EpuckWorldState, range_noise
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.foraging.areas import MAX_AREAS
 from swarm_forage_env.record import Record, field, flag

@@ -12,9 +12,9 @@ from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.foraging.areas import KINDS
-from swarm_forage_env.foraging.floor import distance_to_kind, kind_at
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.scoring import distance_to_kind, kind_at
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.record import field
 from swarm_forage_env.task import Events, Potential

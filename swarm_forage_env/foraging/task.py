@@ -1,7 +1,6 @@
 """The task of foraging, as the rest of the code knows it."""
 
-from swarm_forage_env.epuck.policies import slots
-from swarm_forage_env.epuck.task import gpu_task
+from swarm_forage_env.epuck.task import gpu_task, slots
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE

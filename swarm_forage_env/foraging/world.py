@@ -3,10 +3,9 @@
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.epuck.world import EpuckWorld
 from swarm_forage_env.foraging.areas import write_areas
-from swarm_forage_env.foraging.floor import brightness_at, move_areas, reset_areas
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.scoring import score
+from swarm_forage_env.foraging.scoring import brightness_at, move_areas, reset_areas, score
 
 
 class ForagingWorld(

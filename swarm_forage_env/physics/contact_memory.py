@@ -18,8 +18,8 @@ from pymunk._chipmunk import ffi, lib
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.physics.chipmunk_functions import address_of
 from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Thread, Tree
+from swarm_forage_env.physics.pymunk_buffers import address_of
 
 INNER = -1
 """Marks a node that has no shape, but two nodes below it."""

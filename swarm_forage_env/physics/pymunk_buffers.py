@@ -4,10 +4,15 @@ Compiled functions call those of Chipmunk that take addresses and numbers. Bodie
 written as in `pymunk.batch`, all of a space in one call, from buffers in the memory of NumPy.
 """
 
+import ctypes
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from pymunk._chipmunk import ffi
+from llvmlite.binding import add_symbol
+from numba.core import config
+from numba.core.types import ExternalFunction, Number, float64, intp, void
+from pymunk._chipmunk import ffi, lib
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
@@ -19,9 +24,32 @@ from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.obstacles import Capsules
-from swarm_forage_env.physics.chipmunk_functions import each_body, step_space
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.ticks import Arrays
+
+PLAIN: Mapping[Number, type[Any]] = {intp: ctypes.c_size_t, float64: ctypes.c_double}
+"""Types of arguments with the compiler switched off."""
+
+
+def address_of(pointer: object) -> int:
+    """Where what pymunk points to lies."""
+    return int(ffi.cast("uintptr_t", pointer))
+
+
+def _function(name: str, *arguments: Number) -> Callable[..., None]:
+    address = address_of(ffi.addressof(lib, name))
+    if config.DISABLE_JIT:
+        return ctypes.CFUNCTYPE(None, *(PLAIN[each] for each in arguments))(address)
+    add_symbol(name, address)
+    return ExternalFunction(name, void(*arguments))
+
+
+step_space = _function("cpSpaceStep", intp, float64)
+"""Move the bodies of a space (its address) by a time [s]."""
+
+each_body = _function("cpSpaceEachBody", intp, intp, intp)
+"""Call a function (its address) with each body of a space, and with an argument (its address)."""
+
 
 SUBSTEPS = 2
 

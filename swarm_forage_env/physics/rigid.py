@@ -12,9 +12,8 @@ from swarm_forage_env.epuck.obstacles import capsules_of
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics.base import ENGINES, Physics
-from swarm_forage_env.physics.chipmunk_functions import address_of
 from swarm_forage_env.physics.contact_memory import ContactMemory, recall, remembered
-from swarm_forage_env.physics.pymunk_buffers import SpaceMemory, move_world
+from swarm_forage_env.physics.pymunk_buffers import SpaceMemory, address_of, move_world
 
 MASS = 0.15
 """Mass of an e-puck [kg]. GCtronic e-puck specification."""

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.global_state import GlobalState
+from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature
-from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.waypoints.records import PLACE_SCALE
 from swarm_forage_env.waypoints.world import WaypointsWorld
 

@@ -1,17 +1,158 @@
 """The tick of the waypoints world: claims are judged, everyone moves, senses and sees."""
 
+import math
+
 from swarm_forage_env.arrays import Array, Int64, UInt64
 from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
+from swarm_forage_env.equations.geometry import range_and_bearing, wrap
+from swarm_forage_env.equations.random_draws import normal, symmetric, unit
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import Arrays
-from swarm_forage_env.waypoints.dynamics import draw_devices, drive, judge_claim, place_at_home
-from swarm_forage_env.waypoints.records import RobotState
-from swarm_forage_env.waypoints.sensors import (
-    fix_at_home,
-    measure_motion,
-    read_goal,
-    see_each_other,
+from swarm_forage_env.waypoints.records import (
+    ENCODER,
+    GOAL,
+    LANDMARK,
+    LIDAR,
+    SPEED,
+    TURN,
+    RobotState,
+    WorldState,
 )
+
+
+@kernel
+def limited(speed: float, ahead: float, left: float, world: WorldState) -> tuple[float, float]:
+    """Speed [m/s] and turn rate [rad/s] of a tick that an acceleration (ahead, left) asks for.
+
+        V = clip(V + a_max ahead dt, V_min, V_max)
+        w = clip(atan2(left, ahead), -w_max, w_max)
+
+    The angle is taken times 1/s.
+
+    Source: BOIDS, authors' code; the paper says only that accelerations steer.
+    """
+    asked = speed + world.max_acceleration * ahead * world.dt
+    turn = atan2(left, ahead) if ahead != 0.0 or left != 0.0 else 0.0
+    fast = min(max(asked, world.min_speed), world.max_speed)
+    return fast, min(max(turn, -world.max_turn_rate), world.max_turn_rate)
+
+
+@kernel
+def turn_then_go(
+    x: float, y: float, theta: float, speed: float, turn: float, dt: float
+) -> tuple[float, float, float]:
+    """The pose after a tick that turns first and then goes straight: x, y [m], theta [rad].
+
+        theta += w dt
+        x     += V dt cos(theta)
+        y     += V dt sin(theta)
+
+    Source: BOIDS, Eq. 2 as the authors' code has it.
+    """
+    after = wrap(theta + turn * dt)
+    c, s = cos_sin(after)
+    return x + speed * dt * c, y + speed * dt * s, after
+
+
+@kernel
+def drive(robot: RobotState, world: WorldState) -> None:
+    """Move a robot for a tick as commanded; `motion` becomes its speed and turn rate."""
+    acceleration, pose, motion = robot.command.acceleration, robot.pose, robot.motion
+    ahead, left = float(acceleration[0]), float(acceleration[1])
+    motion[SPEED], motion[TURN] = limited(motion[SPEED], ahead, left, world)
+    pose[0], pose[1], pose[2] = turn_then_go(
+        pose[0], pose[1], pose[2], motion[SPEED], motion[TURN], world.dt
+    )
+
+
+@kernel
+def judge_claim(robot: RobotState, world: WorldState) -> None:
+    """Book a claim as right, if the robot truly is at its goal, or wrong; a new goal then."""
+    robot.reward = 0.0
+    if not robot.command.claim:
+        return
+    pose, goal = robot.pose, robot.goal
+    if hypot(pose[0] - goal[0], pose[1] - goal[1]) < world.tolerance:
+        robot.right += 1
+        robot.reward = 1.0
+    else:
+        robot.wrong += 1
+    for k in range(2):
+        goal[k] = world.half_side * symmetric(robot.streams, GOAL)
+
+
+@kernel
+def place_at_home(
+    robot: RobotState, world: WorldState, places: UInt64[Array, " robots"], i: int
+) -> None:
+    """Uniform place about home and heading, full speed, and a first goal in one quarter."""
+    robot.pose[0] = world.start_half_side * symmetric(places, i)
+    robot.pose[1] = world.start_half_side * symmetric(places, i)
+    robot.pose[2] = math.pi * symmetric(places, i)
+    for k in range(2):
+        ahead = (world.half_side - world.first_goal) * unit(robot.streams, GOAL)
+        robot.goal[k] = world.first_goal + ahead
+    robot.motion[SPEED], robot.motion[TURN] = world.max_speed, 0.0
+
+
+@kernel
+def draw_devices(
+    robot: RobotState, world: WorldState, devices: UInt64[Array, " robots"], i: int
+) -> None:
+    """Draw the robot's own noise and constant error of the readings of speed and turn rate."""
+    for k in range(2):
+        robot.deviation[k] = world.noise[k] * (1.0 + world.spread * symmetric(devices, i))
+        robot.bias[k] = world.bias[k] * normal(devices, i)
+
+
+@kernel
+def measure_motion(robot: RobotState) -> None:
+    """What wheels and gyro say: truth, a constant error of the robot's own, and noise."""
+    for k in range(2):
+        noise = robot.deviation[k] * normal(robot.streams, ENCODER)
+        robot.readings.motion[k] = robot.motion[k] + robot.bias[k] + noise
+
+
+@kernel
+def fix_at_home(robot: RobotState, world: WorldState) -> None:
+    """Measure the pose, of robots within reach of home, the origin; zeros for others."""
+    readings, pose = robot.readings, robot.pose
+    readings.at_home = hypot(pose[0], pose[1]) < world.reach
+    for k in range(3):
+        readings.home_fix[k] = 0.0
+        if readings.at_home:
+            readings.home_fix[k] = pose[k] + world.home_noise * normal(robot.streams, LANDMARK)
+
+
+@kernel
+def read_goal(robot: RobotState) -> None:
+    """The compass, and where to go next."""
+    robot.readings.compass = robot.pose[2]
+    for k in range(2):
+        robot.readings.goal[k] = robot.goal[k]
+
+
+@kernel
+def see_each_other(swarm: Array, sightings: Array, world: WorldState) -> None:
+    """Range and bearing from every robot to those that it measures within reach.
+
+    Nobody beyond the reach by eight standard deviations of the range is measured at all.
+    """
+    farthest = world.reach + 8.0 * world.range_noise
+    for i in range(swarm.shape[0]):
+        pose, streams = swarm[i].pose, swarm[i].streams
+        for j in range(swarm.shape[0]):
+            sighting = sightings[i, j]
+            sighting.seen, sighting.range, sighting.bearing = False, 0.0, 0.0
+            dx, dy = swarm[j].pose[0] - pose[0], swarm[j].pose[1] - pose[1]
+            if j == i or hypot(dx, dy) >= farthest:
+                continue
+            far, bearing = range_and_bearing(dx, dy, pose[2])
+            far += world.range_noise * normal(streams, LIDAR)
+            bearing = wrap(bearing + world.bearing_noise * normal(streams, LIDAR))
+            if 0.0 < far < world.reach:
+                sighting.seen, sighting.range, sighting.bearing = True, far, bearing
 
 
 @row_template

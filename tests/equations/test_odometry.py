@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from swarm_forage_env.equations.odometry import encoder
+from swarm_forage_env.equations.differential_drive import encoder
 
 ERROR = 0.00024
 

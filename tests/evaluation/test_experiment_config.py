@@ -108,7 +108,7 @@ WORLD = Path(swarm_forage_env.__file__).parent
         ("envs/observations.py", "ssgikf", True),
         ("envs/observations.py", "callable:numpy:zeros_like", False),
         ("envs/actions.py", "callable:numpy:zeros_like", False),
-        ("equations/odometry.py", "ssgikf", False),
+        ("equations/geometry.py", "ssgikf", False),
         ("epuck/tick.py", "ssgikf", False),
         ("foraging/inputs.py", "ssgikf", False),
         ("loop.py", "ssgikf", False),

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.epuck.room import MAX_STEP
+from swarm_forage_env.epuck.scenario import MAX_STEP
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 

@@ -13,13 +13,6 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
-from swarm_forage_env.waypoints.dynamics import (
-    draw_devices,
-    judge_claim,
-    limited,
-    place_at_home,
-    turn_then_go,
-)
 from swarm_forage_env.waypoints.records import (
     ENCODER,
     GOAL,
@@ -30,8 +23,16 @@ from swarm_forage_env.waypoints.records import (
     WorldState,
 )
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
-from swarm_forage_env.waypoints.sensors import fix_at_home, measure_motion
-from swarm_forage_env.waypoints.tick import tick_world
+from swarm_forage_env.waypoints.tick import (
+    draw_devices,
+    fix_at_home,
+    judge_claim,
+    limited,
+    measure_motion,
+    place_at_home,
+    tick_world,
+    turn_then_go,
+)
 from swarm_forage_env.waypoints.world import write_numbers
 
 
