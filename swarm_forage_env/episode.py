@@ -1,7 +1,7 @@
 """Episodes: what a task is judged by at the end of one, whoever runs it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, Protocol
 
@@ -53,15 +53,20 @@ class EpisodeKind:
     columns: Mapping[str, tuple[str, float]]
     """Metrics in the order of the table, with their headings and the factor to their units."""
 
-    sometimes: tuple[str, ...] = ()
-    """Fields that only episodes of some scenarios have, None in all others: they stand in
-    a table of their own where an episode has them, and datasets of earlier releases lack them."""
-
     sometimes_words: str = ""
-    """The heading of the table of those."""
+    """The heading of the table of the metrics that only some episodes have."""
 
-    series: tuple[str, ...] = ()
-    """Fields of an episode that are lists."""
+    @property
+    def sometimes(self) -> tuple[str, ...]:
+        """Fields that only episodes of some scenarios have, None in all others: they stand in
+        a table of their own where an episode has them, and datasets of earlier releases lack them.
+        """
+        return tuple(each.name for each in fields(self.episode) if each.default is None)
+
+    @property
+    def series(self) -> tuple[str, ...]:
+        """Fields of an episode that are lists."""
+        return tuple(each.name for each in fields(self.episode) if each.default == ())
 
     def axis(self, metric: str) -> str:
         """The heading of a metric in one line, for an axis."""

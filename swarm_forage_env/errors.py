@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
+from numbers import Integral
 
 MAX_SHOWN = 80
 """Characters of a value that a message shows whole."""
@@ -68,6 +69,13 @@ def shown(value: object) -> str:
     except ValueError:  # of a whole number of thousands of digits
         text = f"<{type(value).__name__} of thousands of digits>"
     return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN // 2]}..."
+
+
+def checked_count(name: str, value: object) -> int:
+    """A whole number of at least 1; ConfigError for anything else, under this name."""
+    if isinstance(value, Integral) and not isinstance(value, bool) and value >= 1:
+        return int(value)
+    raise ConfigError(f"{name}={value!r}: must be a whole number, at least 1")
 
 
 def file_reason(error: OSError) -> str:

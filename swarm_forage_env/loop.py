@@ -16,7 +16,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Int8
 from swarm_forage_env.compiler import bind, typed_once
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, checked_count
 from swarm_forage_env.interface import Controller, Kernel, RunningController
 from swarm_forage_env.mixed import MixedController, members_of
 from swarm_forage_env.parameters import BaseScenario
@@ -92,7 +92,7 @@ class Loop(WorldsOnCpu):
         self.controllers, self._name, build = controllers, str(leader.name), leader.build
         self.controller: RunningController = build(self.world, seeds, controllers)
         super().__init__(self.world, self.controller.minds)
-        self.threads = checked_threads(threads)
+        self.threads = checked_count("threads", threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
         self._layers = self.controller.compiled
         self._kernels: dict[tuple[str, ...], Kernel] = {}
@@ -317,13 +317,6 @@ def chunks(n_worlds: int, threads: int) -> list[tuple[int, int]]:
     """
     parts = np.array_split(np.arange(n_worlds), min(threads, n_worlds))
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
-
-
-def checked_threads(threads: object) -> int:
-    """The number of threads; ConfigError for what is none."""
-    if isinstance(threads, int) and not isinstance(threads, bool) and threads >= 1:
-        return threads
-    raise ConfigError(f"threads={threads!r}: must be a whole number, at least 1")
 
 
 def _one_each(given: EachT | Sequence[EachT], worlds: Sequence[int]) -> list[EachT]:

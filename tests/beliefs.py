@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from swarm_forage_env.foraging.metrics import believed_places, nearest_areas
+from swarm_forage_env.foraging.metrics import nearest_areas
 
 
 def localisation_error(loop):
@@ -11,6 +11,8 @@ def localisation_error(loop):
     0 where it knows of none.
     """
     world, seen = loop.world, loop.situation
-    places = believed_places(world.state.pose, seen.areas, seen.known)
+    x, y, theta = world.state.pose.T[..., None]
+    c, s, (ahead, left) = np.cos(theta), np.sin(theta), np.moveaxis(seen.areas, 2, 0)
+    places = np.stack([x + c * ahead - s * left, y + s * ahead + c * left], axis=2)
     away = places - nearest_areas(world.worlds, places)
     return np.where(seen.known, np.hypot(away[:, :, 0], away[:, :, 1]), 0.0)

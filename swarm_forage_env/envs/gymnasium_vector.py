@@ -12,7 +12,7 @@ from swarm_forage_env.envs.episodes import Seeds, checked_options, checked_seeds
 from swarm_forage_env.envs.gymnasium_core import JointWorlds
 from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.envs.keywords import SingleEnvOptions
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, checked_count
 
 VECTOR_METADATA: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
@@ -39,10 +39,10 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         or the scenario's time would let go on, as a TimeLimit does; -1 is none.
         """
         self._mode = _autoreset_mode(autoreset_mode)
-        self.num_envs = _count("num_envs", num_envs)
+        self.num_envs = checked_count("num_envs", num_envs)
         self._make(self.num_envs, options)
         if max_episode_steps not in (None, -1):
-            longest = _count("max_episode_steps", max_episode_steps)
+            longest = checked_count("max_episode_steps", max_episode_steps)
             self.max_cycles = self.array_env.max_cycles = min(self.max_cycles, longest)
         self.metadata = {**self.metadata, "autoreset_mode": self._mode}
         self.single_observation_space = self._joint_observations
@@ -152,12 +152,6 @@ class JointVectorEnv(_SwarmVectorEnv):
     >>> JointVectorEnv(num_envs=3, scenario="near").action_space.shape
     (3, 10)
     """
-
-
-def _count(name: str, value: object) -> int:
-    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1:
-        return int(value)
-    raise ConfigError(f"{name}={value!r}: must be a whole number, at least 1")
 
 
 def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:

@@ -219,13 +219,12 @@ def _take(world: EpuckWorld, minds: Array) -> Mapping[str, Array]:
     return {"x": x, "y": y, "heading": heading, "messages": heard, "reward": reward}
 
 
-TRAJECTORY = TrajectoryKind(
-    (
-        TrajectoryColumn("x", "f4", "true place along the arena [m], its centre is 0"),
-        TrajectoryColumn("y", "f4", "true place across the arena [m]"),
-        TrajectoryColumn("heading", "f4", "true heading [rad], -pi to pi, 0 along x"),
-        TrajectoryColumn("messages", "i4", "messages that the robot heard in this tick"),
-        TrajectoryColumn("reward", "f4", "what the robot earned in this tick"),
-    ),
-    _take,
+POSE_COLUMNS = (
+    TrajectoryColumn("x", "f4", "true place along the arena [m], its centre is 0"),
+    TrajectoryColumn("y", "f4", "true place across the arena [m]"),
+    TrajectoryColumn("heading", "f4", "true heading [rad], -pi to pi, 0 along x"),
 )
+MESSAGES_COLUMN = TrajectoryColumn("messages", "i4", "messages that the robot heard in this tick")
+REWARD_COLUMN = TrajectoryColumn("reward", "f4", "what the robot earned in this tick")
+
+TRAJECTORY = TrajectoryKind((*POSE_COLUMNS, MESSAGES_COLUMN, REWARD_COLUMN), _take)

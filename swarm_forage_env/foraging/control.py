@@ -15,8 +15,8 @@ from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import apply_wheels
 from swarm_forage_env.epuck.fault_draws import is_lying, is_stale
-from swarm_forage_env.epuck.fault_record import Fault, Lie
-from swarm_forage_env.epuck.records import Action, Readings
+from swarm_forage_env.epuck.fault_record import Fault
+from swarm_forage_env.epuck.records import Action
 from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.equations.elementary import atan2
 from swarm_forage_env.equations.geometry import wrap
@@ -25,7 +25,7 @@ from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
 from swarm_forage_env.interface import CORRECT, COURSE, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, note, nothing
 
 lane: Kernel
 lanes: Kernel
@@ -48,37 +48,14 @@ WIDEST_OFF_COURSE = math.pi / 3.0
 """How far off the course to its target or of its walk a learner can steer [rad] (chosen)."""
 
 
-@kernel
-def repeat(mind: Record) -> None:
-    """Repeat nothing: the default of an estimator without this function."""
+repeat = falsify = walk = nothing
+"""Of an estimator whose messages no fault can change, and of a motion that has no walk."""
 
 
 @kernel
-def falsify(mind: Record, lie: Lie) -> None:
-    """Falsify nothing: the default of an estimator without this function."""
-
-
-@kernel
-def reflex(
-    situation: Situation,
-    readings: Readings,
-    wheels: Float32[Array, "2"],
-    memory: Record,
-    numbers: Numbers,
-) -> bool:
+def reflex(*handed: object) -> bool:
     """Do nothing: the default of a motion that has no reflexes. Whether one steered."""
     return False
-
-
-@kernel
-def walk(
-    situation: Situation,
-    wheels: Float32[Array, "2"],
-    is_free: bool,
-    memory: Record,
-    numbers: Numbers,
-) -> None:
-    """Leave the walk straight ahead: the default of a motion that has none."""
 
 
 @kernel

@@ -118,17 +118,13 @@ class ForagingMeter:
     def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
         world, tick = self._loop.world, self._loop.world.scenario.tick
-        state, n, first_visit = world.state, world.n_worlds, world.robots["first_visit"]
-        recruited = recruitment_time(state.first_visit, n, tick)
-        on_path = knows_both_areas_share(state.path_ticks, n, self._n_ticks)
-        trips, lost = total(state.round_trips, n), total(state.lost_events, n)
-        messages = total(state.messages, n)
+        first_visit, n = world.robots["first_visit"], world.n_worlds
+        recruited = recruitment_time(world.state.first_visit, n, tick)
+        messages = total(world.state.messages, n)
         return [
             {
-                "round_trips": int(trips[w]),
+                **_counts(world.robots[w], self._n_ticks),
                 "recruitment_time_s": float(recruited[w]) if math.isfinite(recruited[w]) else None,
-                "on_path_share": float(on_path[w]),
-                "lost_events": int(lost[w]),
                 "messages": int(messages[w]),
                 "localisation_error_m": self._error.mean(w),
                 "on_path_over_time": tuple(float(shares[w]) for shares in self._on_path),
@@ -142,16 +138,21 @@ class ForagingMeter:
         """The metrics of the robots without a fault of one world."""
         world = self._loop.world
         sound, n_ticks = world.robots[w][self._is_sound[w]], world.scenarios[w].n_ticks
-        on_path = None
-        if len(sound):
-            on_path = float(knows_both_areas_share(sound["path_ticks"], 1, n_ticks)[0])
-        return {
-            "sound_robots": len(sound),
-            "round_trips_sound": int(sound["round_trips"].sum()),
-            "on_path_share_sound": on_path,
-            "lost_events_sound": int(sound["lost_events"].sum()),
-            "localisation_error_sound_m": self._sound_error.mean(w),
-        }
+        counts = {f"{name}_sound": each for name, each in _counts(sound, n_ticks).items()}
+        error = self._sound_error.mean(w)
+        return {"sound_robots": len(sound), **counts, "localisation_error_sound_m": error}
+
+
+def _counts(robots: Array, n_ticks: int) -> dict[str, object]:
+    """What is counted of some robots of a world."""
+    on_path = None
+    if len(robots):
+        on_path = float(knows_both_areas_share(robots["path_ticks"], 1, n_ticks)[0])
+    return {
+        "round_trips": int(robots["round_trips"].sum()),
+        "on_path_share": on_path,
+        "lost_events": int(robots["lost_events"].sum()),
+    }
 
 
 FORAGING_EPISODE = EpisodeKind(
@@ -171,13 +172,5 @@ FORAGING_EPISODE = EpisodeKind(
         "lost_events_sound": ("lost,\nsound", 1.0),
         "localisation_error_sound_m": ("error,\nsound [cm]", 100.0),
     },
-    sometimes=(
-        "sound_robots",
-        "round_trips_sound",
-        "on_path_share_sound",
-        "lost_events_sound",
-        "localisation_error_sound_m",
-    ),
     sometimes_words="Of the robots without a fault",
-    series=("on_path_over_time", "recruited_at_s"),
 )

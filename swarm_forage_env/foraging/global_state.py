@@ -9,11 +9,13 @@ from swarm_forage_env.arrays import NEST, PREY, Array, Float64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.epuck.records import AREAS
+from swarm_forage_env.epuck.task import MESSAGES_COLUMN, POSE_COLUMNS
 from swarm_forage_env.foraging.areas import MAX_AREAS
 from swarm_forage_env.foraging.metrics import localisation_error
-from swarm_forage_env.foraging.records import PATH, PLACE, RobotState, Situation, WorldState
+from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
+from swarm_forage_env.observed_fields import FieldPath, layout_of, paths
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature
@@ -21,6 +23,12 @@ from swarm_forage_env.spaces import GOALS, Feature
 INFOS = ("round_trips", "lost_events", "on_path", "messages", "known_areas", "localisation_error_m")
 """What is logged of each robot: counts of the episode so far, and how it stands. The error is
 the mean over the kinds of area that it knows, 0 if none, each to the nearest of its kind."""
+
+BELIEFS = (
+    FieldPath("", "", Situation, "areas", label="believed"),
+    *paths("", "", Situation, "known p goal"),
+)
+"""What a robot believes; the areas here in the world frame."""
 
 FLAG = 0.0, 1.0
 WORTH = "round trips", 0.0, math.inf
@@ -47,16 +55,7 @@ class ForagingState(GlobalState):
         half = self._half
         features = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
         features += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
-        features += [
-            Feature(f"believed.{area}.{k}", "m", -math.inf, math.inf, scale=PLACE["scale"])
-            for area in AREAS
-            for k in half
-        ]
-        features += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
-        features += [
-            Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH["scale"]) for area in AREAS
-        ]
-        features += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
+        features += layout_of(BELIEFS, {}, None)
         if self._scenario.faults.is_any:
             features += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
         return features
@@ -186,28 +185,20 @@ def take(world: ForagingWorld, minds: Array) -> Mapping[str, Array]:
     has_beliefs = has_estimators(minds)
     situation = minds["estimator"]["situation"] if has_beliefs else Situation.array(robots.shape)
     known = situation["known"] != 0
-    p = np.where(known, situation["p"], np.nan)
     bits = (robots["is_faulty"] != 0) @ (1 << np.arange(len(KINDS)))
-    return {
-        "x": robots["pose"][:, :, 0],
-        "y": robots["pose"][:, :, 1],
-        "heading": robots["pose"][:, :, 2],
-        "goal": (situation["goal"] @ [0, 1, -1]).astype(np.int8),
-        "known_nest": known[:, :, 0],
-        "known_prey": known[:, :, 1],
-        "p_nest": p[:, :, 0],
-        "p_prey": p[:, :, 1],
-        "messages": robots["heard"]["n"],
-        "round_trips": robots["round_trips"],
-        "fault": bits - 1,
-    }
+    columns = (
+        *np.moveaxis(robots["pose"], 2, 0),
+        (situation["goal"] @ [0, 1, -1]).astype(np.int8),
+        *np.moveaxis(known, 2, 0),
+        *np.moveaxis(np.where(known, situation["p"], np.nan), 2, 0),
+        *(robots["heard"]["n"], robots["round_trips"], bits - 1),
+    )
+    return dict(zip(FORAGING_TRAJECTORY.names, columns, strict=True))
 
 
 FORAGING_TRAJECTORY = TrajectoryKind(
     (
-        TrajectoryColumn("x", "f4", "true place along the arena [m], its centre is 0"),
-        TrajectoryColumn("y", "f4", "true place across the arena [m]"),
-        TrajectoryColumn("heading", "f4", "true heading [rad], -pi to pi, 0 along x"),
+        *POSE_COLUMNS,
         TrajectoryColumn(
             "goal", "i1", "area that the robot goes to; empty: it has no goal", ("nest", "prey")
         ),
@@ -217,7 +208,7 @@ FORAGING_TRAJECTORY = TrajectoryKind(
             "p_nest", "f4", "inverse confidence: path since the nest was seen [m]; empty: unknown"
         ),
         TrajectoryColumn("p_prey", "f4", "the same of the prey area [m]"),
-        TrajectoryColumn("messages", "i4", "messages that the robot heard in this tick"),
+        MESSAGES_COLUMN,
         TrajectoryColumn("round_trips", "i4", "round trips that it has completed so far"),
         TrajectoryColumn(
             "fault", "i1", "faults in effect, as liar or deaf+mute; empty: none", FAULTS

@@ -6,7 +6,7 @@ localisation error, which is sampled often, takes records.
 
 import numpy as np
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32, Int64
+from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float64, Int8, Int32, Int64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
@@ -68,22 +68,6 @@ def recruited_at(
     Robots that have not visited both are left out.
     """
     return np.sort(first_visit[(first_visit >= 0).all(axis=1)].max(axis=1)) * tick
-
-
-def believed_places(
-    pose: Float64[Array, "rows 3"],
-    believed: Float32[Array, "rows areas 2"],
-    known: Bool[Array, "rows areas"],
-) -> Float64[Array, "rows areas 2"]:
-    """Where robots believe the areas to be, in the world frame [m]; 0 where not known.
-
-    `believed` is in the body frame of the robot at its true pose.
-    """
-    x, y, theta = pose.T
-    c, s = np.cos(theta), np.sin(theta)
-    ahead, left = believed[:, :, 0].T, believed[:, :, 1].T
-    place = np.stack([x + c * ahead - s * left, y + s * ahead + c * left], axis=2)
-    return np.where(known[:, :, None], place.transpose(1, 0, 2), 0.0)
 
 
 def nearest_areas(

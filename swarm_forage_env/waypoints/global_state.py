@@ -65,20 +65,10 @@ def take(world: WaypointsWorld, minds: Array) -> Mapping[str, Array]:
     believed, norm = np.full((*robots.shape, 3), np.nan), np.full(robots.shape, np.nan)
     if has_estimators(minds):
         believed, norm = minds["estimator"]["belief"]["pose"], minds["estimator"]["covariance_norm"]
-    return {
-        "x": robots["pose"][:, :, 0],
-        "y": robots["pose"][:, :, 1],
-        "heading": robots["pose"][:, :, 2],
-        "goal_x": robots["goal"][:, :, 0],
-        "goal_y": robots["goal"][:, :, 1],
-        "believed_x": believed[:, :, 0],
-        "believed_y": believed[:, :, 1],
-        "believed_heading": believed[:, :, 2],
-        "covariance_norm": norm,
-        "seen": np.count_nonzero(world.sightings["seen"], axis=2),
-        "right": robots["right"],
-        "wrong": robots["wrong"],
-    }
+    vectors = np.concatenate([robots["pose"], robots["goal"], believed], axis=2)
+    seen = np.count_nonzero(world.sightings["seen"], axis=2)
+    columns = *np.moveaxis(vectors, 2, 0), norm, seen, robots["right"], robots["wrong"]
+    return dict(zip(WAYPOINT_TRAJECTORY.names, columns, strict=True))
 
 
 WAYPOINT_TRAJECTORY = TrajectoryKind(

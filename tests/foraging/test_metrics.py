@@ -4,7 +4,6 @@ import numpy as np
 
 from swarm_forage_env.foraging.episode import LocalisationErrorMeter
 from swarm_forage_env.foraging.metrics import (
-    believed_places,
     knows_both_areas_now,
     knows_both_areas_share,
     recruited_at,
@@ -81,10 +80,3 @@ def test_the_localisation_error_is_that_of_the_robots_that_are_meant_about_what_
     assert (known > 1000).all()
     means = [meter.mean(w) for w in range(2)]
     np.testing.assert_allclose(means, errors / known, rtol=1e-12)
-
-
-def test_a_believed_place_is_turned_with_the_robot_into_the_world_frame():
-    pose = np.array([[1.0, 1.0, np.pi / 2]])
-    believed = np.array([[[2.0, 0.0], [0.0, -1.0]]], np.float32)
-    places = believed_places(pose, believed, np.array([[True, False]]))
-    np.testing.assert_allclose(places, [[[1.0, 3.0], [0.0, 0.0]]], atol=1e-9)
