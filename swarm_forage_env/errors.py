@@ -73,7 +73,7 @@ def shown(value: object) -> str:
 
 def checked_count(name: str, value: object) -> int:
     """A whole number of at least 1; ConfigError for anything else, under this name."""
-    if isinstance(value, Integral) and not isinstance(value, bool) and value >= 1:
+    if type(value) is not bool and isinstance(value, Integral) and int(value) >= 1:
         return int(value)
     raise ConfigError(f"{name}={value!r}: must be a whole number, at least 1")
 

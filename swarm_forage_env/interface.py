@@ -267,6 +267,9 @@ class PolicyOverLayers(Controller, Protocol):
     ) -> RunningController:
         """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
 
+    def pilot(self, scenario: BaseScenario) -> Any:  # noqa: ANN401 an `envs.pilot.Pilot`
+        """The policy, compiled; ConfigError for one that Python must call."""
+
 
 @runtime_checkable
 class ChecksScenarios(Protocol):

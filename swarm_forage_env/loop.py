@@ -14,7 +14,6 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Int8
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.errors import ConfigError, checked_count
 from swarm_forage_env.interface import Controller, Kernel, RunningController
@@ -31,7 +30,7 @@ from swarm_forage_env.task import (
     one_task,
     trouble_in,
 )
-from swarm_forage_env.ticks import RUNS, STAGES, only, run_ticks
+from swarm_forage_env.ticks import RUNS, STAGES, Modes, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
 EachT = TypeVar("EachT")
@@ -155,7 +154,7 @@ class Loop(WorldsOnCpu):
         """
         self.run(1)
 
-    def run(self, n_ticks: int, modes: Int8[Array, " worlds"] | None = None) -> None:
+    def run(self, n_ticks: int, modes: Modes | None = None) -> None:
         """Some ticks of every world, in one compiled call where no Python must come in between.
 
         `modes` is STANDS or RUNS for each world; by default all run. ConfigError for a command or
@@ -239,12 +238,7 @@ class Loop(WorldsOnCpu):
         self._call(stages, 1, self.world.modes, first, end)
 
     def _call(
-        self,
-        stages: tuple[str, ...],
-        n_ticks: int,
-        modes: Int8[Array, " worlds"],
-        first: int,
-        last: int,
+        self, stages: tuple[str, ...], n_ticks: int, modes: Modes, first: int, last: int
     ) -> None:
         """Run ticks, or stages of them, of world and controller in one compiled call."""
         world, layers = self.world, self._layers
@@ -254,7 +248,7 @@ class Loop(WorldsOnCpu):
         kernel = self._kernels[stages]
         kernel(world.arrays, layers.arrays, modes, world.trouble, first, last, n_ticks)
 
-    def _advance(self, n_ticks: int, modes: Int8[Array, " worlds"], first: int, last: int) -> None:
+    def _advance(self, n_ticks: int, modes: Modes, first: int, last: int) -> None:
         """Some ticks of those of the worlds first .. last - 1 that run.
 
         An engine in Python moves the robots between two compiled calls, one tick at a time.

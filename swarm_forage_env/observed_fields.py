@@ -220,10 +220,7 @@ def source_of_its_own(layout: FieldLayout) -> str:
 def read_fields(
     fields: Fields, w: int, which: Int64[Array, " some"], rows: Float32[Array, "some numbers"]
 ) -> None:
-    """Write the fields of these robots of world w to the first numbers of rows.
-
-    Free names: lane, lanes.
-    """
+    """Write the fields of these robots of world w to the first numbers of rows."""
     robots, minds, others, spans, n_robots = fields
     for s in range(spans.shape[0]):
         words = robots if spans[s, 0] == 0 else minds if spans[s, 0] == 1 else others
@@ -253,7 +250,7 @@ def write_rows(
     robots: Int64[Array, " some"],
     which: tuple[int, int],
 ) -> None:
-    """Write rows to the fields of some robots of every world. Free names: lanes."""
+    """Write rows to the fields of some robots of every world."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for k in range(lane(), robots.shape[0], lanes()):
             write_fields(rows[w, k], fields, w, robots[k])

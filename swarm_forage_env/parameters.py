@@ -135,6 +135,12 @@ def leaves(tree: Mapping[str, object], prefix: str = "") -> dict[str, Any]:
     return values
 
 
+def numbers_named(part: Parameters, names: Collection[str]) -> dict[str, Any]:
+    """The fields of a part whose last word is one of these names, by that word."""
+    words = {path.rpartition(".")[2]: value for path, value in leaves(part.model_dump()).items()}
+    return {name: words[name] for name in names if name in words}
+
+
 def resolve(name: str, paths: Collection[str], kind: str) -> str:
     """The full dotted path of a name: itself, or the one path that ends in it."""
     if name in paths:

@@ -13,6 +13,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float64, Int64, UInt64
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations import pcg64, random_draws
+from swarm_forage_env.equations.random_draws import Streams
 from swarm_forage_env.errors import ConfigError, shown
 
 
@@ -48,9 +49,7 @@ def streams(seeds: Sequence[int], n_robots: int, source: NoiseSource) -> UInt64[
 
 
 @entry_point
-def draw_rows(
-    streams: UInt64[Array, " robots"], out: Float64[Array, "robots numbers"], is_normal: bool
-) -> None:
+def draw_rows(streams: Streams, out: Float64[Array, "robots numbers"], is_normal: bool) -> None:
     """Fill a row from the stream of each robot: standard normal, or uniform in [0, 1)."""
     for i in range(out.shape[0]):
         for k in range(out.shape[1]):

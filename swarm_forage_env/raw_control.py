@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Int64
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_falsifying
@@ -14,7 +14,7 @@ from swarm_forage_env.observed_fields import Sizes
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import Arrays
+from swarm_forage_env.ticks import Arrays, Trouble
 
 lane: Kernel
 lanes: Kernel
@@ -25,13 +25,9 @@ hear_words: Kernel
 
 @row_template
 def apply_actions(
-    world_arrays: Arrays,
-    layer_arrays: Arrays,
-    trouble: Int64[Array, " worlds_and_one"],
-    w: int,
-    n_robots: int,
+    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Command what the policies of a world's members say. Free names: apply_action, lane, lanes."""
+    """Command what the policies of a world's members say."""
     robots, minds, settings = world_arrays[0], layer_arrays[0], layer_arrays[3]
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:
@@ -51,7 +47,7 @@ class Membership(Record):
 
 @row_template
 def hear_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Write what the members of a world hear. Free names: hear_words, lane, lanes."""
+    """Write what the members of a world hear."""
     minds, settings = layer_arrays[0], layer_arrays[3]
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float64, Int8, Int64
+from swarm_forage_env.arrays import Array, Bool, Float64, UInt64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -23,7 +23,7 @@ from swarm_forage_env.global_state import GlobalState, TrajectoryKind
 from swarm_forage_env.interface import Controller, GpuTask, Kernel, RunningController
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
-from swarm_forage_env.random_streams import checked_seed
+from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
 from swarm_forage_env.record import Record, Rows, rows, under_the_one_dtype
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
@@ -35,6 +35,8 @@ from swarm_forage_env.ticks import (
     REFUSED,
     RUNS,
     TOO_MANY_NEAR,
+    Modes,
+    Trouble,
     only,
     run_ticks,
 )
@@ -57,11 +59,11 @@ class World(ABC):
         self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
         self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
         """What each robot has earned since somebody set it to 0."""
-        self.trouble: Int64[Array, " worlds_and_one"] = np.zeros(self.n_worlds + 1, np.int64)
+        self.trouble: Trouble = np.zeros(self.n_worlds + 1, np.int64)
         """What went wrong in each world, as `ticks.note` says."""
-        self.modes: Int8[Array, " worlds"] = np.full(self.n_worlds, RUNS, np.int8)
+        self.modes: Modes = np.full(self.n_worlds, RUNS, np.int8)
         """What each world does in a call of `run_ticks`: it runs."""
-        self.beginning: Int8[Array, " worlds"] = np.full(self.n_worlds, BEGINS, np.int8)
+        self.beginning: Modes = np.full(self.n_worlds, BEGINS, np.int8)
         """The modes of worlds that are to sense and observe before their first tick."""
 
     @property
@@ -95,7 +97,7 @@ class World(ABC):
         """Sense before the first tick, in the worlds first .. last - 1."""
         self._tick_in(self.beginning, first, self.n_worlds if last is None else last)
 
-    def _tick_in(self, modes: Int8[Array, " worlds"], first: int, last: int) -> None:
+    def _tick_in(self, modes: Modes, first: int, last: int) -> None:
         self._tick(self.arrays, (), modes, self.trouble, first, last, 1)
         if self.trouble[-1]:
             raise trouble_in(self, lambda w, robot: "")
@@ -171,6 +173,22 @@ class World(ABC):
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Put the robots of the worlds first .. last - 1, of one scenario, at their starting
         places, and the streams of each world at its seed."""
+
+    def restart_robots(
+        self, kind: type[Record], sources: Sequence[NoiseSource], first: int, seeds: Sequence[int]
+    ) -> None:
+        """Let the robots of worlds from the first on forget all but their actions, and start their
+        streams, a column for each source."""
+        swarms = self.robots[first : first + len(seeds)]
+        actions = swarms["action"].copy()
+        kind.restart(swarms)
+        swarms["action"] = actions
+        for column, source in enumerate(sources):
+            swarms["streams"][:, :, column] = self.streams(seeds, source)
+
+    def streams(self, seeds: Sequence[int], source: NoiseSource) -> UInt64[Array, "worlds robots"]:
+        """Fresh streams of one source, for the robots of worlds of these seeds."""
+        return streams(seeds, self.n_robots, source).reshape(len(seeds), self.n_robots)
 
     def snapshot(self) -> dict[str, Any]:
         """All that the next ticks depend on: copies of all arrays, and the scenarios."""
@@ -310,10 +328,6 @@ class Events(Record):
         raise NotImplementedError
 
 
-def _any_weight(scenario: BaseScenario) -> tuple[float, str]:
-    return math.inf, ""
-
-
 @dataclass(frozen=True)
 class Potential:
     """The potential of the robots of a task, for shaping."""
@@ -321,7 +335,7 @@ class Potential:
     of: Kernel
     """The potential Phi of one robot; of the robot and its world."""
 
-    max_shaping: Callable[..., tuple[float, str]] = _any_weight
+    max_shaping: Callable[..., tuple[float, str]] = lambda scenario: (math.inf, "")
     """The largest weight of it that leaves a scenario as it is, and why."""
 
 

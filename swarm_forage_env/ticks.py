@@ -41,12 +41,18 @@ NO_TROUBLE, TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(5)
 
 N_TROUBLES = 5
 
+Trouble = Int64[Array, " worlds_and_one"]
+"""What went wrong in each world, as `note` says; the last number tells that something did."""
+
+Modes = Int8[Array, " worlds"]
+"""What each world does in a call."""
+
 Arrays = tuple[Any, ...]
 """Arrays of all worlds, as a task or a controller keeps them."""
 
 
 @kernel
-def note(trouble: Int64[Array, " worlds_and_one"], w: int, kind: int, robot: int) -> None:
+def note(trouble: Trouble, w: int, kind: int, robot: int) -> None:
     """Note what went wrong in a world, with which robot; the last number tells that it did."""
     trouble[w] = kind + N_TROUBLES * robot
     trouble[trouble.shape[0] - 1] = 1
@@ -57,7 +63,7 @@ def run_world(  # noqa: PLR0913 what runs, how, which world, how long
     world_arrays: Arrays,
     layer_arrays: Arrays,
     mode: int,
-    trouble: Int64[Array, " worlds_and_one"],
+    trouble: Trouble,
     w: int,
     n_robots: int,
     n_ticks: int,
@@ -84,8 +90,8 @@ def run_world(  # noqa: PLR0913 what runs, how, which world, how long
 def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
     world_arrays: Arrays,
     layer_arrays: Arrays,
-    modes: Int8[Array, " worlds"],
-    trouble: Int64[Array, " worlds_and_one"],
+    modes: Modes,
+    trouble: Trouble,
     first: int,
     last: int,
     n_ticks: int,
@@ -103,14 +109,13 @@ def restart_world(  # noqa: PLR0913 what worlds start from, which one, and how m
     layer_arrays: Arrays,
     starts: Arrays,
     noise: int,
-    trouble: Int64[Array, " worlds_and_one"],
+    trouble: Trouble,
     w: int,
     n: int,
 ) -> None:
     """Put the robots of a world at their starting places, and let their layers forget.
 
-    `starts` and `noise` are as for `begin_worlds`. Free names: lane, lanes, place_world,
-    set_stream.
+    `starts` and `noise` are as for `begin_worlds`.
     """
     minds, memories = layer_arrays[0], layer_arrays[1]
     first_robot, first_mind, first_memory, seeds, places, poses = starts
@@ -125,14 +130,13 @@ def begin_worlds(
     layer_arrays: Arrays,
     starts: Arrays,
     noise: int,
-    modes: Int8[Array, " worlds"],
-    trouble: Int64[Array, " worlds_and_one"],
+    modes: Modes,
+    trouble: Trouble,
 ) -> None:
     """Put the robots of worlds that begin at their starting places, and let their layers forget.
 
     `starts` are first records of a robot, of what its estimator and its motion keep, the seed of
     every world, and room for places; `noise` is what motions draw for.
-    Free names: first_world, end_world; those of restart_world.
     """
     last = world_arrays[0].shape[0]
     for each in range(first_world(0), end_world(last)):
@@ -162,20 +166,16 @@ def only(*stages: str) -> dict[str, Kernel]:
 
 @row_template
 def decide_both(
-    world_arrays: Arrays,
-    layer_arrays: Arrays,
-    trouble: Int64[Array, " worlds_and_one"],
-    w: int,
-    n_robots: int,
+    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Decide by two sets of layers in a world. Free names: decide_before, decide_after."""
+    """Decide by two sets of layers in a world."""
     decide_before(world_arrays, layer_arrays[0], trouble, w, n_robots)
     decide_after(world_arrays, layer_arrays[1], trouble, w, n_robots)
 
 
 @row_template
 def observe_both(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Observe by two sets of layers in a world. Free names: observe_before, observe_after."""
+    """Observe by two sets of layers in a world."""
     observe_before(world_arrays, layer_arrays[0], w, n_robots)
     observe_after(world_arrays, layer_arrays[1], w, n_robots)
 

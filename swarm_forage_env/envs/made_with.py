@@ -6,8 +6,6 @@ a model can be run under the keywords of its training (`training.policy_card` re
 """
 
 import json
-from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
 
 from gymnasium.spaces import Box
 
@@ -19,14 +17,6 @@ from swarm_forage_env.registry import CONTROLLERS
 
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds how the environment was made."""
-
-
-@runtime_checkable
-class _HasParameters(Controller, Protocol):
-    """A controller that says its parameters by dotted name."""
-
-    @property
-    def parameters(self) -> Mapping[str, object]: ...
 
 
 def made_with(parts: EnvParts, form: PolicyForm) -> str:
@@ -61,9 +51,9 @@ def _path(observation: object) -> str:
 
 def name_and_changes(controller: Controller) -> str:
     """A controller as its name and the parameters that differ from those of that name."""
-    name = controller.name
-    if name not in CONTROLLERS or not isinstance(controller, _HasParameters):
+    name, own = controller.name, getattr(controller, "parameters", None)
+    if name not in CONTROLLERS or own is None:
         return name
     usual = CONTROLLERS[name].parameters
-    changes = [f"{k}={v}" for k, v in controller.parameters.items() if usual.get(k) != v]
+    changes = [f"{k}={v}" for k, v in own.items() if usual.get(k) != v]
     return f"{name}:{','.join(changes)}" if changes else name

@@ -18,7 +18,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
+from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.compiler import bind_row, entry_point
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.decision_kernels import (
@@ -42,7 +42,7 @@ from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.random_streams import hash_of
 from swarm_forage_env.spaces import Feature, Layout
-from swarm_forage_env.ticks import BEGINS, STANDS
+from swarm_forage_env.ticks import BEGINS, STANDS, Modes
 from swarm_forage_env.worlds_on_cpu import PlacedArray, WorldsOnCpu
 
 LAYER = "layer"
@@ -264,7 +264,7 @@ class Observing:
         self,
         share: Float64[Array, " worlds"],
         raw: Float32[Array, "worlds learners numbers"],
-        modes: Int8[Array, " worlds"],
+        modes: Modes,
         seen: Float32[Array, "worlds learners numbers"],
     ) -> None:
         """Write what the classes of the user's own observe; ConfigError for what is not finite."""

@@ -1,7 +1,6 @@
 """A policy compiled beside the world: without Python it observes and acts as a learner does."""
 
 from dataclasses import dataclass
-from typing import Protocol, cast
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.envs.decision_kernels import add_nothing
 from swarm_forage_env.envs.decision_kernels import observe as observe_all
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.interface import KEEP, REPLACE, Controller, Kernel, TeamController
+from swarm_forage_env.interface import KEEP, REPLACE, Controller, Kernel, PolicyOverLayers
 from swarm_forage_env.observed_fields import spans_of, write_fields
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import RecordType
@@ -110,16 +109,6 @@ ARRAYS_KEPT = (
 """Those of them that a policy only reads."""
 
 
-class Piloted(Protocol):
-    """A controller whose learned layer is a policy that may be compiled."""
-
-    def under(self, scenario: BaseScenario) -> TeamController:
-        """The controller of the other layers."""
-
-    def pilot(self, scenario: BaseScenario) -> Pilot:
-        """The policy; ConfigError for one that Python must call."""
-
-
 def pilot_and_layers(
     controller: Controller, scenario: BaseScenario
 ) -> tuple[Pilot | None, Controller]:
@@ -128,17 +117,15 @@ def pilot_and_layers(
     None and the controller itself, where it has no policy of another trainer. ConfigError for a
     policy that Python must call.
     """
-    if not hasattr(controller, "pilot"):
+    if not isinstance(controller, PolicyOverLayers):
         return None, controller
-    piloted = cast(Piloted, controller)
-    return piloted.pilot(scenario), piloted.under(scenario)
+    return controller.pilot(scenario), controller.under(scenario)
 
 
 def act_as_learner(robots: Array, ticks: int, piloting: Arrays) -> None:
     """Let the policy act for robots of one world where a decision is due.
 
-    One robot may be left alone, which a visitor drives. Free names: forward, observe, write_raw,
-    command.
+    One robot may be left alone, which a visitor drives.
     """
     fields, out_fields, learners, scaling, beside, rows, form, network, marks, modes = piloting
     numbers, sizes, states, between, actions, low, high = network

@@ -8,13 +8,13 @@ import math
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Action, EpuckState
 from swarm_forage_env.interface import CORRECT, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note
 
 lane: Kernel
 lanes: Kernel
@@ -39,7 +39,7 @@ class NoMind(Record):
 
 @row_template
 def act(robot: EpuckState, mind: NoMind, memory: Record, settings: Numbers) -> bool:
-    """Steer a robot, which is on the air all the time; are its wheels finite? Free name: steer."""
+    """Steer a robot, which is on the air all the time; are its wheels finite?"""
     action, wheels = robot.action, robot.command.wheels
     if action.motion == KEEP or action.motion == CORRECT:
         steer(mind.situation, robot.readings, robot.heard, wheels, memory, settings.motion)
@@ -50,16 +50,9 @@ def act(robot: EpuckState, mind: NoMind, memory: Record, settings: Numbers) -> b
 
 @row_template
 def steer_world(
-    world_arrays: Arrays,
-    layer_arrays: Arrays,
-    trouble: Int64[Array, " worlds_and_one"],
-    w: int,
-    n_robots: int,
+    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Steer the robots of a world; one whose wheels are not finite is noted.
-
-    Free names: lane, lanes; those of act.
-    """
+    """Steer the robots of a world; one whose wheels are not finite is noted."""
     minds, memories, _, settings = layer_arrays
     last = settings.shape[1] - 1
     for i in range(lane(), n_robots, lanes()):

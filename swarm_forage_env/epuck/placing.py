@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float64, Int64, UInt64
+from swarm_forage_env.arrays import Array, Float64, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_draws import draw_fault
 from swarm_forage_env.epuck.records import EpuckState
 from swarm_forage_env.equations.elementary import cos_sin
-from swarm_forage_env.equations.random_draws import first_word, symmetric, unit
+from swarm_forage_env.equations.random_draws import Streams, first_word, symmetric, unit
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NO_ROOM, Arrays, note
+from swarm_forage_env.ticks import NO_ROOM, Arrays, Trouble, note
 
 lane: Kernel
 lanes: Kernel
@@ -50,10 +50,7 @@ def place_swarms(
 
 @kernel
 def place_in_circle(
-    radius: float,
-    apart: float,
-    streams: UInt64[Array, " robots"],
-    out_pose: Float64[Array, "robots 3"],
+    radius: float, apart: float, streams: Streams, out_pose: Float64[Array, "robots 3"]
 ) -> int:
     """Put robots at random into a circle about the origin, none closer than `apart` [m].
 
@@ -74,11 +71,7 @@ def place_in_circle(
 
 @kernel
 def place_next(
-    radius: float,
-    apart: float,
-    streams: UInt64[Array, " robots"],
-    i: int,
-    out_pose: Float64[Array, "robots 3"],
+    radius: float, apart: float, streams: Streams, i: int, out_pose: Float64[Array, "robots 3"]
 ) -> bool:
     """Put robot i clear of robots 0 .. i - 1; false if 10,000 draws hit none of the free places."""
     for _ in range(10_000):
@@ -108,16 +101,16 @@ def place_world(  # noqa: PLR0913 what robots start from, and where they are pla
     world_arrays: Arrays,
     first_robot: EpuckState,
     seed: np.uint64,
-    places: UInt64[Array, " robots"],
+    places: Streams,
     poses: Float64[Array, "robots 3"],
-    trouble: Int64[Array, " worlds_and_one"],
+    trouble: Trouble,
     w: int,
     n_robots: int,
 ) -> None:
     """Put the robots of a new world at their places, and streams and faults at its seed.
 
     The first lane places all robots, as each keeps clear of those before it. Actions stay as they
-    were. Free names: lane, lanes, barrier.
+    were.
     """
     robots, world, faults = world_arrays[0], world_arrays[1][w], world_arrays[6]
     for i in range(lane(), n_robots, lanes()):

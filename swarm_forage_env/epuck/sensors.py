@@ -65,10 +65,7 @@ def read_encoders(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> No
 
 @row_template
 def read_ground(robot: EpuckState, world: EpuckWorldState) -> None:
-    """Brightness times 1 +- noise under the left, middle and right sensor.
-
-    Free name: brightness_at.
-    """
+    """Brightness times 1 +- noise under the left, middle and right sensor."""
     c, s = robot.heading[0], robot.heading[1]
     for sensor in range(3):
         dx, dy = to_outer(world.ground_ahead, (1 - sensor) * world.ground_spacing, c, s)

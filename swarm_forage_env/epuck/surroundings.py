@@ -140,7 +140,7 @@ def list_by_robots(
 ) -> int:
     """List the neighbours of each robot by itself: what lanes can share.
 
-    The most that a robot of this lane has. Free names: lane, lanes.
+    The most that a robot of this lane has.
     """
     most = 0
     for i in range(lane(), n_robots, lanes()):

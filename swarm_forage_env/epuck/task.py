@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.epuck.control import steer_world
 from swarm_forage_env.epuck.drawing import scene, stage
@@ -85,9 +85,6 @@ MOTION = PolicyInterface(
 """The motion of a robot without an estimator: it sees what the sensors say, and who is near."""
 
 
-log: Kernel
-"""Free name of the template."""
-
 FAMILY = "epuck"
 """Layers that are made for it run in every task that is made here."""
 
@@ -131,6 +128,7 @@ class EpuckTask:
 
     def made(self) -> Task:
         """The task as the rest of the code knows it."""
+        logs = {True: self.log, False: self.log}
         return Task(
             name=self.name,
             family=FAMILY,
@@ -143,8 +141,8 @@ class EpuckTask:
             steered_by=("robots.readings", "robots.heard"),
             policies={"motion": MOTION},
             steerings=STEERINGS,
-            gpu=gpu_task(self.world.robot_kind, {True: self.log, False: self.log}),
-            global_state=partial(SwarmState, self.infos, self.log),
+            gpu=gpu_task(self.world.robot_kind, logs),
+            global_state=partial(SwarmState, self.infos, logs),
             episode=self.episode,
             drawing=(partial(stage, headings=self.headings), self._scene),
             trajectory=TRAJECTORY,
@@ -159,13 +157,10 @@ class EpuckTask:
         return scene(world, which, score.astype(np.int32), float(share))
 
 
-def gpu_task(robot: type[EpuckState], write_log: Mapping[bool, Kernel]) -> GpuTask:
+def gpu_task(robot: type[EpuckState], logs: Mapping[bool, Kernel]) -> GpuTask:
     """What a GPU needs of a task of e-pucks."""
     return GpuTask(
-        functions={"list_neighbours": list_by_robots},
-        place=place_world,
-        robot=robot,
-        log=write_log,
+        functions={"list_neighbours": list_by_robots}, place=place_world, robot=robot, log=logs
     )
 
 
@@ -175,7 +170,7 @@ class SwarmState(GlobalState):
     def __init__(
         self,
         infos: tuple[str, ...],
-        write_log: Kernel,
+        logs: Mapping[bool, Kernel],
         world: EpuckWorld,
         controller: RunningController,
         agents: Sequence[str],
@@ -183,7 +178,7 @@ class SwarmState(GlobalState):
     ) -> None:
         """The truth about these worlds, of whose robots these infos are logged."""
         super().__init__(world, controller, agents, scenario)
-        self.infos, self._write_log = infos, bind(log_all, {"log": write_log})
+        self.infos, self.logs = infos, logs
 
     def robot_features(self) -> list[Feature]:
         """Where a robot is, and its heading."""
@@ -195,21 +190,6 @@ class SwarmState(GlobalState):
     def of_robots(self) -> list[Array]:
         """The same numbers of all robots."""
         return [self._world.robots["pose"][:, :, :2], self._world.robots["heading"]]
-
-    def log(self) -> Float64[Array, "rows infos"]:
-        """The numbers that are logged, a row for each robot, in the order of `infos`."""
-        out = np.zeros((*self._world.robots.shape, len(self.infos)))
-        self._write_log(self._world.robots, self._controller.minds, self._world.worlds, out)
-        return out.reshape(-1, len(self.infos))
-
-
-def log_all(
-    robots: Array, minds: Array, worlds: Array, out: Float64[Array, "worlds robots infos"]
-) -> None:
-    """Write what is logged of all robots. Free name: log."""
-    for w in range(robots.shape[0]):
-        for i in range(robots.shape[1]):
-            log(robots[w, i], minds[w, i], worlds[w], out[w, i])
 
 
 def _take(world: EpuckWorld, minds: Array) -> Mapping[str, Array]:

@@ -9,7 +9,7 @@ A task fills four free names:
   read all of `swarm` that no score writes, and writes to robot i alone.
 """
 
-from swarm_forage_env.arrays import Array, Float64, Int64
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import inlined, kernel
 from swarm_forage_env.epuck.contacts import resolve_contacts
 from swarm_forage_env.epuck.fault_draws import update_faults
@@ -31,7 +31,7 @@ from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.obstacles import Capsules
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, note
+from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, Trouble, note
 
 lane: Kernel
 lanes: Kernel
@@ -91,7 +91,7 @@ def keep_apart(
     """Keep robots inside the walls, apart from each other and out of obstacles.
 
     Contacts are resolved one after the other, by the first lane, and only in a world in which
-    robots overlap or obstacles stand. Free names: lane, lanes, barrier.
+    robots overlap or obstacles stand.
     """
     leads = n_robots > 0 and lane() == 0
     if leads:
@@ -112,10 +112,7 @@ def keep_apart(
 
 @row_template
 def move_all(swarm: Array, world: EpuckWorldState, n: int, n_moving: int) -> None:
-    """Begin a tick: the task does its part, and robots drive unless an engine moved them.
-
-    Free names: begin_world, begin_tick, lane, lanes, barrier.
-    """
+    """Begin a tick: the task does its part, and robots drive unless an engine moved them."""
     leads = n > 0 and lane() == 0
     if leads and n_moving == 0:
         begin_world(world)
@@ -140,10 +137,7 @@ def score_all(
     n: int,
     n_moving: int,
 ) -> None:
-    """Score the robots that moved; those of a world that begins have heard nobody yet.
-
-    Free names: score, lane, lanes, barrier.
-    """
+    """Score the robots that moved; those of a world that begins have heard nobody yet."""
     for i in range(lane(), n, lanes()):
         face(swarm[i])
     barrier()
@@ -159,13 +153,10 @@ def score_all(
 
 
 @row_template
-def tick_world(
-    world_arrays: Arrays, trouble: Int64[Array, " worlds_and_one"], w: int, n: int, n_moving: int
-) -> None:
+def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving: int) -> None:
     """One tick of the n robots of a world: all move, are scored, sense and hear.
 
     None are moving in a world that begins: all sense, and nobody has spoken yet.
-    Free names: list_neighbours, lane, lanes, barrier; those of the row templates above.
     """
     robots, worlds, near, cells, obstacles, earned, all_faults = world_arrays[:7]
     swarm, faults, world = robots[w], all_faults[w], worlds[w]
@@ -193,7 +184,7 @@ def sense(
     world: EpuckWorldState,
     obstacles: Capsules,
 ) -> None:
-    """Read all sensors of robot i but the radio. Free name: brightness_at."""
+    """Read all sensors of robot i but the radio."""
     if obstacles.shape[0] > 0:
         cast_rays_at_obstacles(swarm[i], world, obstacles)
     read_encoders(swarm[i], faults[i], world)

@@ -22,6 +22,7 @@ from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.equations.proximity import SENSING_RANGE
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
+from swarm_forage_env.parameters import numbers_named
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.physics.base import Physics, PythonPhysics
 from swarm_forage_env.random_streams import NoiseSource, streams
@@ -112,14 +113,9 @@ class EpuckWorld(World):
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Put the robots at their starting places and their streams at the seeds of the worlds."""
         scenario = self.scenarios[first]
-        swarms, worlds = self.robots[first:last], self.worlds[first:last]
-        poses, kept = _first_poses(scenario, seeds), swarms["action"].copy()
-        self.robot_kind.restart(swarms)
-        swarms["action"], swarms["pose"] = kept, poses
-        for column, source in enumerate(SOURCES):
-            words = streams(seeds, self.n_robots, source)
-            swarms["streams"][:, :, column] = words.reshape(swarms.shape)
-        faults = self.faults[first:last]
+        worlds, faults = self.worlds[first:last], self.faults[first:last]
+        self.restart_robots(self.robot_kind, SOURCES, first, seeds)
+        self.robots["pose"][first:last] = _first_poses(scenario, seeds)
         if scenario.faults.is_any:
             draw_faults(worlds, np.asarray(seeds, np.uint64), faults)
         else:
@@ -202,31 +198,19 @@ def number_of_cells(scenario: EpuckScenario) -> int:
 
 def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
     """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
-    robot, sensors, radio = scenario.robot, scenario.sensors, scenario.radio
-    error = sensors.wheel_noise * robot.cruise_speed * scenario.tick
+    noise, cruise_speed = scenario.sensors.wheel_noise, scenario.robot.cruise_speed
     numbers = {
+        **numbers_named(scenario, EpuckWorldState.fields),
         "dt": scenario.tick,
         "arena": (scenario.arena.length, scenario.arena.width),
-        "start_radius": scenario.task.start_radius,
-        "encoder_error": error,
-        "proximity_noise": sensors.proximity_noise,
-        "ground_noise": sensors.ground_noise,
-        "ground_ahead": sensors.ground_ahead,
-        "ground_spacing": sensors.ground_spacing,
-        "is_board": radio.is_board,
+        "encoder_error": noise * cruise_speed * scenario.tick,
+        "is_board": scenario.radio.is_board,
         "slots": scenario.slots,
-        "full_reception_range": radio.near,
+        "full_reception_range": scenario.radio.near,
         "reach": reach_of(scenario),
         "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
         "has_faults": scenario.faults.is_any,
-        **robot.model_dump(include={"radius", "axle", "max_speed", "cruise_speed"}),
-        **radio.model_dump(
-            include={
-                "max_range", "loss_near", "loss_far", "range_noise", "bearing_noise", "frames",
-                "is_shadowed",
-            }
-        ),
-    }  # fmt: skip
+    }
     for name, value in numbers.items():
         out_worlds[name] = value
     write_fault_numbers(scenario, out_worlds["faults"])

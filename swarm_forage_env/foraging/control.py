@@ -11,7 +11,7 @@ its own numbers; robots of another controller, which are not `is_member`, are le
 import math
 from typing import Any
 
-from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import apply_wheels
 from swarm_forage_env.epuck.fault_draws import is_lying, is_stale
@@ -25,7 +25,7 @@ from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
 from swarm_forage_env.interface import CORRECT, COURSE, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NOT_FINITE, Arrays, note, nothing
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note, nothing
 
 lane: Kernel
 lanes: Kernel
@@ -72,10 +72,7 @@ def is_asked(exchange: Exchange, area: int, numbers: Record) -> bool:
 
 @row_template
 def compose_message(robot: RobotState, fault: Fault, mind: Mind, numbers: Numbers) -> None:
-    """Compose the message of a robot that somebody listens to; faults change what was composed.
-
-    Free names: compose, repeat, falsify.
-    """
+    """Compose the message of a robot that somebody listens to; faults change what was composed."""
     compose(mind, numbers)
     if is_stale(robot):
         repeat(mind)
@@ -87,10 +84,7 @@ def compose_message(robot: RobotState, fault: Fault, mind: Mind, numbers: Number
 def update_and_describe(
     swarm: Array, minds: Array, i: int, shared: Array, numbers: Numbers
 ) -> None:
-    """Update the belief of robot i by what it sensed and heard; describe it to the other layers.
-
-    Free names: update_belief, update_exchange, describe.
-    """
+    """Update the belief of robot i by what it sensed and heard; describe it to the other layers."""
     mind = minds[i]
     update_belief(mind, shared, swarm[i].readings, numbers)
     mind.exchange.is_valid = update_exchange(minds, i, swarm[i].heard, numbers)
@@ -99,10 +93,7 @@ def update_and_describe(
 
 @row_template
 def mark_heard(swarm: Array, minds: Array, i: int, settings: Array) -> None:
-    """Mark the messages that robot i listens to, of those who have its estimator.
-
-    Free name: is_listening.
-    """
+    """Mark the messages that robot i listens to, of those who have its estimator."""
     last = settings.shape[0] - 1
     if settings[min(i, last)].is_member and is_listening(minds[i]):
         for slot in range(swarm[i].heard.n):
@@ -117,7 +108,6 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
     Messages to which somebody listens are composed before anybody's estimate moves. Robots that
     have the same numbers share the one column of `settings`.
-    Free names: lane, lanes, barrier; those of mark_heard, compose_message and update_and_describe.
     """
     swarm, faults = world_arrays[0][w], world_arrays[6][w]
     minds, shared = layer_arrays[0][w], layer_arrays[2][w]
@@ -138,10 +128,7 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 @row_template
 def move(robot: RobotState, situation: Situation, memory: Record, settings: Numbers) -> None:
-    """Turn the wheels of a robot: by the motion, by a learner, or by reflexes before it.
-
-    Free names: steer, reflex, walk.
-    """
+    """Turn the wheels of a robot: by the motion, by a learner, or by reflexes before it."""
     action, wheels, numbers = robot.action, robot.command.wheels, settings.motion
     is_free = True
     if action.motion == KEEP or action.motion == CORRECT:
@@ -161,7 +148,6 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
     """Steer a robot, merge what it heard, choose whether it speaks; are all its numbers finite?
 
     The wheels are decided before the merge: both layers use one observation.
-    Free names: those of move; is_asked, gain, merge, has_something_to_say.
     """
     exchange, action, wheels = mind.exchange, robot.action, robot.command.wheels
     move(robot, mind.situation, memory, settings)
@@ -194,15 +180,11 @@ def steer_off_course(situation: Situation, action: Action, wheels: Float32[Array
 
 @row_template
 def decide_world(
-    world_arrays: Arrays,
-    layer_arrays: Arrays,
-    trouble: Int64[Array, " worlds_and_one"],
-    w: int,
-    n_robots: int,
+    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
     """Steer, merge what was heard, and choose whether to speak, in a world.
 
-    A robot whose wheels or weights are not finite is noted. Free names: lane, lanes; those of act.
+    A robot whose wheels or weights are not finite is noted.
     """
     robots = world_arrays[0]
     minds, memories, shared, settings = layer_arrays

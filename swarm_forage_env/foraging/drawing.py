@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64, Int8, Int32, Int64
+from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64, Int8, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.drawing import bodies, walls
 from swarm_forage_env.equations.geometry import to_outer
@@ -16,7 +16,7 @@ from swarm_forage_env.interface import Kernel
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY, Scene, Stage
-from swarm_forage_env.ticks import BEGINS, RUNS, Arrays
+from swarm_forage_env.ticks import BEGINS, RUNS, Arrays, Modes, Trouble
 
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:
@@ -136,8 +136,8 @@ what a learner observes, and how a policy acts."""
 def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
     world_arrays: Arrays,
     layer_arrays: Arrays,
-    modes: Int8[Array, " worlds"],
-    trouble: Int64[Array, " worlds_and_one"],
+    modes: Modes,
+    trouble: Trouble,
     starts: Arrays,
     noise: int,
     n_ticks: int,

@@ -6,18 +6,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Float64
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.epuck.task import MESSAGES_COLUMN, POSE_COLUMNS
 from swarm_forage_env.foraging.areas import MAX_AREAS
+from swarm_forage_env.foraging.control import Mind
 from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import FieldPath, layout_of, paths
 from swarm_forage_env.raw_control import has_estimators
-from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature
 
 INFOS = ("round_trips", "lost_events", "on_path", "messages", "known_areas", "localisation_error_m")
@@ -35,6 +36,35 @@ WORTH = "round trips", 0.0, math.inf
 """Unit and bounds of what an area is worth."""
 
 
+@kernel
+def log_counts(
+    robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
+) -> None:
+    """Write those of INFOS that are counted; a policy of everything believes nothing."""
+    row[0], row[1] = robot.round_trips, robot.lost_events
+    row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
+    row[3], row[4], row[5] = robot.messages, 0.0, 0.0
+
+
+@kernel
+def log_beliefs(
+    robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
+) -> None:
+    """Write what is logged of a robot that believes something, in the order of INFOS."""
+    n_known, error = 0, 0.0
+    for area in range(2):
+        if mind.situation.known[area]:
+            n_known += 1
+            error += localisation_error(robot, mind.situation, area, world)
+    log_counts(robot, mind, world, row)
+    row[4] = n_known
+    row[5] = error / max(n_known, 1)
+
+
+FORAGING_LOGS: Mapping[bool, Kernel] = {True: log_beliefs, False: log_counts}
+"""What writes the log of a robot: with beliefs, and without."""
+
+
 class ForagingState(GlobalState):
     """What is true in a block of worlds, flat: each robot, then the areas and the time.
 
@@ -47,7 +77,7 @@ class ForagingState(GlobalState):
     are in effect.
     """
 
-    infos = INFOS
+    infos, logs = INFOS, FORAGING_LOGS
     counts = frozenset({"round_trips", "lost_events", "messages"})
 
     def robot_features(self) -> list[Feature]:
@@ -114,62 +144,6 @@ class ForagingState(GlobalState):
             return Situation.array(self._world.robots.shape)
         situations: Array = self._controller.minds["estimator"]["situation"]
         return situations
-
-    def log(self) -> Float64[Array, "rows infos"]:
-        """The numbers that are logged, a row for each robot, in the order of `infos`."""
-        numbers = np.empty((*self._world.robots.shape, len(INFOS)))
-        write_log(self._world.robots, self._situations, self._world.worlds, numbers)
-        return numbers.reshape(-1, len(INFOS))
-
-
-@kernel
-def write_counts(robot: RobotState, row: Float64[Array, " infos"]) -> None:
-    """Write those of INFOS that are counted, and no matter of belief."""
-    row[0], row[1] = robot.round_trips, robot.lost_events
-    row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
-    row[3] = robot.messages
-
-
-@kernel
-def write_robot_log(
-    robot: RobotState, situation: Situation, world: WorldState, row: Float64[Array, " infos"]
-) -> None:
-    """Write what is logged of a robot, in the order of INFOS."""
-    n_known, error = 0, 0.0
-    for area in range(2):
-        if situation.known[area]:
-            n_known += 1
-            error += localisation_error(robot, situation, area, world)
-    write_counts(robot, row)
-    row[4] = n_known
-    row[5] = error / max(n_known, 1)
-
-
-@entry_point
-def write_log(
-    robots: Array, situations: Array, worlds: Array, out: Float64[Array, "worlds robots infos"]
-) -> None:
-    """Write what is logged of each robot, in the order of INFOS."""
-    for w in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            write_robot_log(robots[w, i], situations[w, i], worlds[w], out[w, i])
-
-
-@kernel
-def log_beliefs(
-    robot: RobotState, mind: Record, world: WorldState, row: Float64[Array, " infos"]
-) -> None:
-    """Write what is logged of a robot that believes something."""
-    write_robot_log(robot, mind.situation, world, row)  # type: ignore[attr-defined]  # every estimator has one
-
-
-@kernel
-def log_counts(
-    robot: RobotState, mind: Record, world: WorldState, row: Float64[Array, " infos"]
-) -> None:
-    """Write what is logged of a robot of a policy of everything: it believes nothing."""
-    write_counts(robot, row)
-    row[4] = row[5] = 0.0
 
 
 FAULTS = tuple(

@@ -5,10 +5,9 @@ from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.global_state import (
+    FORAGING_LOGS,
     FORAGING_TRAJECTORY,
     ForagingState,
-    log_beliefs,
-    log_counts,
 )
 from swarm_forage_env.foraging.policies import (
     FORAGING_STEERINGS,
@@ -34,7 +33,7 @@ FORAGING = Task(
     steered_by=("robots.readings", "robots.heard"),
     policies=LEARNABLE,
     steerings=FORAGING_STEERINGS,
-    gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}),
+    gpu=gpu_task(RobotState, FORAGING_LOGS),
     raw_control=RawControl(Said, apply_action, hear_words, slots),
     potential=FORAGING_POTENTIAL,
     global_state=ForagingState,

@@ -30,6 +30,18 @@ SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "drive
 """The page's scripts, in the order they are read."""
 
 
+OF_STAGE = (
+    "scenario", "length", "width", "kinds", "names", "moves", "tick", "states", "headings"
+)  # fmt: skip
+"""What a page calls as a stage does."""
+
+COLOURS = (
+    "message", "selected", "faulty", "goal", "right", "wrong", "estimate", "lidar", "floor", "wall",
+    "ink", "faint",
+)  # fmt: skip
+"""What a page calls as the palette does, in small letters."""
+
+
 @dataclass(frozen=True)
 class Opening:
     """How a page opens, and what it shows beside the first swarm."""
@@ -133,26 +145,16 @@ def page_of(
 def about_of(stage: Stage, command: str, opening: Opening) -> dict[str, object]:
     """What a page must know of a stage, and how it opens."""
     return {
-        "scenario": stage.scenario,
+        **{name: getattr(stage, name) for name in OF_STAGE},
+        **{name: getattr(opening, name) for name in ("start", "speed", "select")},
         "command": command,
-        "start": opening.start,
-        "speed": opening.speed,
-        "select": opening.select,
-        "length": stage.length,
-        "width": stage.width,
         "areas": stage.areas.tolist(),
-        "kinds": stage.kinds,
-        "names": stage.names,
-        "moves": stage.moves,
         "areaRadius": stage.area_radius,
         "startRadius": stage.start_radius,
         "corners": stage.corners.tolist(),
         "obstacles": obstacles_shown(stage.obstacles),
         "robotRadius": stage.robot_radius,
         "robots": stage.n_robots,
-        "tick": stage.tick,
-        "states": stage.states,
-        "headings": stage.headings,
         "goals": None if stage.goals is None else asdict(stage.goals) | {"within": WITHIN},
         "trail": TRAIL,
         "justNow": JUST_NOW,
@@ -171,26 +173,12 @@ def obstacles_shown(obstacles: Sequence[Outline]) -> list[dict[str, object]]:
 
 def _colours() -> dict[str, str | list[str]]:
     codes = range(len(STATES))
-    named = {
-        "message": palette.MESSAGE,
-        "selected": palette.SELECTED,
-        "faulty": palette.FAULTY,
-        "goal": palette.GOAL,
-        "right": palette.RIGHT,
-        "wrong": palette.WRONG,
-        "estimate": palette.ESTIMATE,
-        "lidar": palette.LIDAR,
-        "floor": palette.FLOOR,
-        "wall": palette.WALL,
-        "ink": palette.INK,
-        "faint": palette.FAINT,
-    }
     return {
         "doing": [_css(palette.DOING[code]) for code in codes],
         "noses": [_css(palette.INK if code == EXPLORING else palette.WHITE) for code in codes],
         "trails": [_css(palette.trail_colour(code)) for code in codes],
         "areas": [_css(colour) for colour in palette.AREA],
-        **{name: _css(colour) for name, colour in named.items()},
+        **{name: _css(getattr(palette, name.upper())) for name in COLOURS},
     }
 
 

@@ -11,12 +11,12 @@ estimator is that of the whole swarm, as robots correct their estimates jointly.
 import math
 from typing import Protocol
 
-from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note
 from swarm_forage_env.waypoints.records import Action, Exchange, RobotState, Situation
 
 update_belief: Kernel
@@ -36,10 +36,7 @@ class Mind(Protocol):
 
 @row_template
 def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Update what the robots of a world believe, and describe what was seen.
-
-    Free names: update_belief, describe.
-    """
+    """Update what the robots of a world believe, and describe what was seen."""
     swarm, sightings = world_arrays[0][w], world_arrays[1][w]
     minds, shared, settings = layer_arrays[0][w], layer_arrays[2][w], layer_arrays[3][w]
     last = settings.shape[0] - 1
@@ -52,10 +49,7 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 @row_template
 def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> bool:
-    """Steer a robot, claim, and weigh what it saw; are all its numbers finite?
-
-    Free names: steer, gain.
-    """
+    """Steer a robot, claim, and weigh what it saw; are all its numbers finite?"""
     situation, exchange, action = mind.situation, mind.exchange, robot.action
     acceleration = robot.command.acceleration
     if action.motion == KEEP:
@@ -73,17 +67,13 @@ def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> boo
 
 @row_template
 def decide_world(
-    world_arrays: Arrays,
-    layer_arrays: Arrays,
-    trouble: Int64[Array, " worlds_and_one"],
-    w: int,
-    n_robots: int,
+    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
     """Steer, claim, and correct the estimates of all robots of a world.
 
     Accelerations are decided before the merge: both layers use one observation. Of
     robots that differ in their layers those that are decided last bring about the merge of all.
-    A robot whose acceleration or weight is not finite is noted. Free names: merge; those of act.
+    A robot whose acceleration or weight is not finite is noted.
     """
     robots, sightings = world_arrays[0], world_arrays[1]
     minds, memories, shared, settings = layer_arrays

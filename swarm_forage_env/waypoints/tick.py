@@ -2,13 +2,13 @@
 
 import math
 
-from swarm_forage_env.arrays import Array, Int64, UInt64
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
-from swarm_forage_env.equations.random_draws import normal, symmetric, unit
+from swarm_forage_env.equations.random_draws import Streams, normal, symmetric, unit
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import Arrays
+from swarm_forage_env.ticks import Arrays, Trouble
 from swarm_forage_env.waypoints.records import (
     ENCODER,
     GOAL,
@@ -83,9 +83,7 @@ def judge_claim(robot: RobotState, world: WorldState) -> None:
 
 
 @kernel
-def place_at_home(
-    robot: RobotState, world: WorldState, places: UInt64[Array, " robots"], i: int
-) -> None:
+def place_at_home(robot: RobotState, world: WorldState, places: Streams, i: int) -> None:
     """Uniform place about home and heading, full speed, and a first goal in one quarter."""
     robot.pose[0] = world.start_half_side * symmetric(places, i)
     robot.pose[1] = world.start_half_side * symmetric(places, i)
@@ -97,9 +95,7 @@ def place_at_home(
 
 
 @kernel
-def draw_devices(
-    robot: RobotState, world: WorldState, devices: UInt64[Array, " robots"], i: int
-) -> None:
+def draw_devices(robot: RobotState, world: WorldState, devices: Streams, i: int) -> None:
     """Draw the robot's own noise and constant error of the readings of speed and turn rate."""
     for k in range(2):
         robot.deviation[k] = world.noise[k] * (1.0 + world.spread * symmetric(devices, i))
@@ -156,9 +152,7 @@ def see_each_other(swarm: Array, sightings: Array, world: WorldState) -> None:
 
 
 @row_template
-def tick_world(
-    world_arrays: Arrays, trouble: Int64[Array, " worlds_and_one"], w: int, n: int, n_moving: int
-) -> None:
+def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving: int) -> None:
     """One tick of the n robots of a world; where none are moving it begins, and all sense only."""
     robots, sightings, worlds, earned = world_arrays
     swarm, world = robots[w], worlds[w]
@@ -188,11 +182,7 @@ def judge_claims(robots: Array, worlds: Array) -> None:
 
 @entry_point
 def start_at_home(
-    robots: Array,
-    worlds: Array,
-    which: int,
-    places: UInt64[Array, " robots"],
-    devices: UInt64[Array, " robots"],
+    robots: Array, worlds: Array, which: int, places: Streams, devices: Streams
 ) -> None:
     """Put the robots of one world at their starting places, with devices of their own."""
     swarm, world = robots[which], worlds[which]

@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
+from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.random_streams import NoiseSource, streams
+from swarm_forage_env.parameters import numbers_named
+from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 from swarm_forage_env.waypoints.records import RobotState, Sighting, WorldState
@@ -68,17 +69,9 @@ class WaypointsWorld(World):
 
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Put the robots at home with an exact fix, and their streams at the seeds."""
-        swarms = self.robots[first:last]
-        actions = swarms["action"].copy()
-        RobotState.restart(swarms)
-        swarms["action"] = actions
-
-        def words(source: NoiseSource) -> UInt64[Array, "worlds robots"]:
-            return streams(seeds, self.n_robots, source).reshape(swarms.shape)
-
-        for column, source in enumerate(SOURCES):
-            swarms["streams"][:, :, column] = words(source)
-        places, devices = words(NoiseSource.PLACE), words(NoiseSource.DEVICE)
+        self.restart_robots(RobotState, SOURCES, first, seeds)
+        places = self.streams(seeds, NoiseSource.PLACE)
+        devices = self.streams(seeds, NoiseSource.DEVICE)
         for k, which in enumerate(range(first, last)):
             start_at_home(self.robots, self.worlds, which, places[k], devices[k])
         self.worlds["ticks"][first:last] = 0
@@ -97,19 +90,11 @@ def write_numbers(scenario: WaypointsScenario, out_worlds: Array | np.void) -> N
     """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
     sensors, task = scenario.sensors, scenario.task
     numbers = {
+        **numbers_named(scenario, WorldState.fields),
         "dt": scenario.tick,
-        **scenario.robot.model_dump(),
         "noise": (sensors.speed_noise, sensors.turn_noise),
         "bias": (sensors.speed_bias, sensors.turn_bias),
-        "spread": sensors.spread,
-        "reach": sensors.reach,
-        "range_noise": sensors.range_noise,
-        "bearing_noise": sensors.bearing_noise,
-        "home_noise": sensors.home_noise,
-        "tolerance": task.tolerance,
         "half_side": 0.5 * task.side,
-        "start_half_side": task.start_half_side,
-        "first_goal": task.first_goal,
     }
     for name, value in numbers.items():
         out_worlds[name] = value

@@ -56,8 +56,6 @@ ON_CPU = {
     "seed_streams place_swarms": "a reset of a CPU",
     "start_stream _hashed _mixed": "seeds of episodes that a user gives",
     "write_events area_under is_touching is_near_obstacle": "events for rewards in NumPy",
-    "repeat falsify": "in the place of what an estimator has not",
-    "write_log": "the loop over worlds of the log",
     "add_errors": "the meter of an evaluation",
     "draw_robots draw_column doing_of believed_place": "what is drawn of a world",
     "no_gain": "the weighting of robots that have none",
@@ -75,7 +73,7 @@ NOT_OF_E_PUCKS = (
 
 OF_STEPS = (
     "drive_to_wheels drive_v1_to_wheels wheels_of course_to_command share_of_command"
-    " log_beliefs log_counts write_robot_log write_counts localisation_error"
+    " log_beliefs log_counts localisation_error"
     " distance_to_kind potential farthest log_messages"
     " draw_seed _advance _sum _product _joined"
 )
