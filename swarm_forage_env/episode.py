@@ -40,19 +40,14 @@ class EpisodeKind:
     episode: type[Any]
     """A frozen dataclass: which episode it was (scenario, controller, seed, physics, n_robots,
     duration_s), its metrics, and the computing time wall_s."""
-
     meter: Callable[[MeasuredLoop], EpisodeMeter]
     """Makes what measures the worlds of a control loop."""
-
     score: str
     """Metric by which controllers are compared."""
-
     score_words: str
     """The same for a reader."""
-
     columns: Mapping[str, tuple[str, float]]
     """Metrics in the order of the table, with their headings and the factor to their units."""
-
     sometimes_words: str = ""
     """The heading of the table of the metrics that only some episodes have."""
 
@@ -80,13 +75,10 @@ class EpisodeHeader:
     scenario: str
     controller: str
     """The controller as the user named it: `ssgiff`, or `ssgiff:beta=0.02`."""
-
     seed: int
     """Seed of the world; controllers under one seed meet the same world."""
-
     physics: str
     """Engine that moved the robots."""
-
     n_robots: int
     duration_s: float
     """Length of the episode [s]."""

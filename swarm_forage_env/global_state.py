@@ -24,11 +24,9 @@ class GlobalState(ABC):
 
     infos: tuple[str, ...]
     """What is logged of each robot, by name."""
-
     logs: Mapping[bool, Kernel]
     """What writes it: of a robot, what its estimator keeps or what a policy says, its world, and
     the row of numbers; with beliefs, and without."""
-
     counts: frozenset[str] = frozenset()
     """Those of which several robots have the sum; of everything else they have the mean."""
 
@@ -99,10 +97,8 @@ class TrajectoryColumn:
     name: str
     kind: str
     """NumPy type: of the numbers, or of the codes of words."""
-
     text: str
     """What the column holds, with its unit."""
-
     words: tuple[str, ...] = ()
     """The word of each code, where the column holds words."""
 

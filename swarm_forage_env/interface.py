@@ -47,10 +47,8 @@ class WeightingLayer:
 
     gain: Kernel
     """The weight in [0, 1] of what was heard."""
-
     numbers: KernelNumbers = field(default_factory=dict)
     """Its parameters, one record a world."""
-
     heard_p_share: float = 0.0
     """Part that the heard p plays in the merged p: p = (1 - g) p_i + share g p_j."""
 
@@ -66,20 +64,15 @@ class EstimatorLayer:
 
     mind: type[Record]
     """All that the estimator keeps of a robot; among it what the other layers see."""
-
     numbers: KernelNumbers
     """Its parameters, one record a world."""
-
     kernels: Mapping[str, Kernel]
     """The functions that the templates of the task name. Of robots that forage they include
     `falsify` and `repeat` if faults can change the messages."""
-
     observe: Kernel
     """The row template `observe_world`: the first half of the control, before the cut."""
-
     shared: tuple[int, ...] | None = None
     """Shape of what it keeps for each pair of robots; None: nothing."""
-
     own_weighting: WeightingLayer | None = None
     """The weighting that the filter itself has, for the rule `filter`."""
 
@@ -95,16 +88,12 @@ class MotionLayer:
 
     steer: Kernel
     """Writes the command of a robot."""
-
     numbers: KernelNumbers
     """Its parameters, one record a world."""
-
     memory: type[Record] = NoMemory
     """What it remembers between ticks; of a field `stream` every robot has its own."""
-
     noise: NoiseSource = NoiseSource.WANDER
     """What it draws from that stream for."""
-
     kernels: Mapping[str, Kernel] = field(default_factory=dict)
     """Further functions that the templates of the task name: of robots that forage `reflex` and
     `walk`, which go on where a learner steers."""
@@ -117,19 +106,15 @@ class CompiledLayers:
     functions: Mapping[str, Kernel]
     """What the templates of a tick have free names for: `observe_world`, `decide_world`, and the
     functions that these name."""
-
     arrays: tuple[Any, ...]
     """What the estimator keeps of each robot, what the motion remembers of it, what the estimator
     keeps of each pair, and parameters, in one column for robots that share them; of joined layers a
     tuple of these for each."""
-
     firsts: tuple[Array, ...] = ()
     """One record each of what estimator and motion keep before anything has happened; none where a
     CPU must reset them."""
-
     noise: int = 0
     """What the motion draws for from the stream in its memory."""
-
     has_beliefs: bool = True
     """There is an estimator, whose beliefs can be logged."""
 
@@ -140,13 +125,10 @@ class GpuTask:
 
     functions: Mapping[str, Kernel]
     """Bound to free names of the task's templates instead of the CPU's."""
-
     place: Kernel
     """The row template `place_world`: puts the robots of a new world at their starting places."""
-
     robot: type[Record]
     """What a robot is."""
-
     log: Mapping[bool, Kernel]
     """Row functions that write what is logged of a robot: with beliefs, and without."""
 

@@ -45,10 +45,8 @@ class Snapshot:
 
     kind: tuple[str, str, str, int, int]
     """Task, engine and controller; how many worlds, and robots in each."""
-
     world: Mapping[str, Any]
     """What the worlds were."""
-
     controller: Any
     """What the robots believed and remembered, with the numbers of their layers."""
 

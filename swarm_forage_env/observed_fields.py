@@ -45,15 +45,12 @@ class FieldPath:
 
     part: str
     """Its part of an observation, with which its name begins: `encounter`; empty: none."""
-
     source: str
     """Where its record lies: `robots.readings`, `minds.estimator.situation`."""
-
     record: type[Record]
     name: str
     label: str = ""
     """Its name in the part; empty: as the field says."""
-
     each: str = ""
     """The named axis along which a robot has a record each; empty: it has one."""
 

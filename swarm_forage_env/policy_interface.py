@@ -21,13 +21,10 @@ class Steering:
 
     layout: Layout
     """What the two numbers are, each in [-1, 1]."""
-
     choices: tuple[tuple[float, float], ...]
     """The discrete actions in this form, by default."""
-
     command: Kernel | None = None
     """The command of two numbers, under a sharpest turn; None: they are the command."""
-
     is_course: bool = False
     """The second number is how far off the course to steer, and reflexes are kept."""
 
@@ -42,34 +39,24 @@ class PolicyInterface:
 
     observes: tuple[FieldPath, ...]
     """The fields of records that are shown, in order."""
-
     gives: tuple[FieldPath, ...]
     """The fields of records that an action is written to, in order."""
-
     replaces: tuple[str, ...]
     """The layers that the policy replaces: `weighting`, `motion`."""
-
     sizes: Callable[..., Sizes] = lambda scenario: {}
     """Sizes of the named axes of these fields in a scenario."""
-
     decision_period: int = 1
     """Ticks for which an action is held, by default."""
-
     n_weights: int = 0
     """How many numbers of an action are weights in [0, 1]; they come first."""
-
     can_correct: bool = False
     """It can be learned as a correction of the hand-written motion."""
-
     is_steering: bool = False
     """The two numbers that follow are the command of the motion."""
-
     said: Float32[Array, "choices numbers"] = field(default_factory=lambda: SILENT)
     """What can be said in a discrete action: the rest of the numbers, a row for each choice."""
-
     target: str | None = None
     """The observed vector whose direction is observed too where observations are normalised."""
-
     walk: tuple[FieldPath, ...] = ()
     """The course of the robot's random walk, which is observed in the place of that direction
     where there is none; then the motion has reflexes that can be kept, too."""

@@ -76,16 +76,12 @@ class RawControl:
 
     said: type[Record]
     """What the policy says beside what it commands, and what it hears."""
-
     apply_action: Kernel
     """Commands what the action says; of one robot and what it said."""
-
     hear_words: Kernel
     """Writes what a robot hears; of the world's arrays, what all said, world and robot."""
-
     sizes: Callable[..., Sizes]
     """Sizes of the named axes of what is said in a scenario."""
-
     name: str = "policy"
 
     def build(self, world: Any, seeds: Sequence[int], each: Sequence[object]) -> "RunningPolicy":  # noqa: ANN401 of its task

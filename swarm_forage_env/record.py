@@ -45,31 +45,23 @@ class Field:
 
     kind: "type[np.generic | Record] | RecordType"
     """A NumPy scalar type, or the class or the dtype of a nested record."""
-
     shape: tuple[int | str, ...]
     """Axes of the field; one that is named (`slots`) gets its size with the dtype."""
-
     unit: str = ""
     """SI, or what the number is."""
-
     scale: Bound | tuple[Bound, ...] | None = None
     """Typical size in that unit; None: the bounds are typical."""
-
     low: Bound | tuple[Bound, ...] = -math.inf
     high: Bound | tuple[Bound, ...] = math.inf
 
     names: tuple[Sequence[str], ...] = ()
     """Names along each axis; without them, numbers."""
-
     label: str = ""
     """Its name in an observation; empty: that of the field."""
-
     noise: Noise | tuple[Noise, ...] = ""
     """How it differs from the truth, for what is measured."""
-
     counts: str = ""
     """The flags of the same record that it is the sum of; empty: none."""
-
     start: float | tuple[float, ...] = 0.0
     """Value before anything has happened: a number, or one for each of the field's."""
 

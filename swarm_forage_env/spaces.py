@@ -21,17 +21,13 @@ class Feature:
 
     name: str
     """Dotted: part, field, which number of it: `situation.beam.0.range`."""
-
     unit: str
     """SI, or what the number is."""
-
     low: float
     high: float
     """Bounds; infinite for a number of no natural limits, which has a scale."""
-
     noise: str = ""
     """How it differs from the truth, for what is measured."""
-
     scale: float | None = None
     """Typical size in that unit; None: the bounds are typical."""
 

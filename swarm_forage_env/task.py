@@ -47,10 +47,8 @@ class World(ABC):
 
     robots: Array
     """The truth about every robot, worlds by robots."""
-
     worlds: Array
     """Clock and numbers of every world."""
-
     scenarios: tuple[BaseScenario, ...]
     """The scenario of every world: they differ in numbers only, not in how many robots."""
 
@@ -334,7 +332,6 @@ class Potential:
 
     of: Kernel
     """The potential Phi of one robot; of the robot and its world."""
-
     max_shaping: Callable[..., tuple[float, str]] = lambda scenario: (math.inf, "")
     """The largest weight of it that leaves a scenario as it is, and why."""
 
@@ -348,61 +345,43 @@ class Task:
     family: str = ""
     """Tasks of one family have the same records of what a layer sees: layers that are made for the
     family run in all of them."""
-
     scenario: type[BaseScenario]
     """What its scenarios are."""
-
     world: Callable[[Sequence[Any], Sequence[int], str], World]
     """Makes a block of worlds from a scenario and a seed for each, and the engine's name."""
-
     decide: Kernel
     """The row template `decide_world`: the second half of the control, after the cut."""
-
     physics: str = "kinematic"
     """Default engine."""
-
     controller: str
     """Default controller."""
-
     agent: str = "robot"
     """What its robots are called: `epuck_0`, `epuck_1`, ..."""
-
     steered_by: tuple[str, ...] = ("robots.readings",)
     """Where the records lie that the motion layer sees between the situation and the last command,
     in the order in which `steer` takes them."""
-
     policies: Mapping[str, PolicyInterface]
     """What a policy can take the place of, by the name that `learn` takes; among it `motion`."""
-
     steerings: Mapping[str, Steering] = field(default_factory=dict)
     """How a policy can steer, by the name that `action` takes; the first is the usual one. None:
     as the action of its policies says."""
-
     is_joint: bool = False
     """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
-
     gpu: GpuTask | None = None
     """What a GPU needs to run it; None: a CPU only."""
-
     raw_control: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
-
     potential: Potential | None = None
     """The potential of a robot, for shaping; None: there is none."""
-
     global_state: Callable[[Any, RunningController, list[str], Any], GlobalState]
     """Makes the global state for critics and logs, from world, controller, names, scenario."""
-
     episode: EpisodeKind
     """What an episode is judged by."""
-
     events: type[Events] | None = None
     """What happened to each robot in a tick; None: not told."""
-
     drawing: tuple[Callable[[Any, str], Stage], Callable[[Any, Array, int], Scene]] | None = None
     """What stands still in a picture, from a scenario and what moves the robots; and what is drawn
     of one world, from a block of them, the minds of its robots and which. None: no drawing."""
-
     trajectory: TrajectoryKind | None = None
     """What is kept of its robots in every tick; None: nothing can be."""
 

@@ -24,22 +24,16 @@ class ObservationContext:
 
     robots: Array
     """The truth about every robot, worlds by robots, with what it senses and hears."""
-
     worlds: Array
     """Clock and numbers of every world."""
-
     minds: Array | None
     """What the estimators keep, worlds by robots; None where no hand-written estimator runs."""
-
     time_left: Float64[Array, " worlds"]
     """Share of the episode that is left."""
-
     last_action: Float32[Array, "worlds robots numbers"]
     """What the layers took last; zeros before it, and for robots that do not learn."""
-
     streams: UInt64[Array, "worlds robots"]
     """A random stream of each robot, for observations alone; it begins with the episode."""
-
     is_observed: Bool[Array, " worlds"]
     """The worlds that are observed now; in the others no stream goes on."""
 
@@ -108,7 +102,6 @@ class RowObservation:
 
     write_row: Kernel
     """Writes its numbers: of robot, robots of its world, time left, last action, and output."""
-
     features_of: Callable[[Sequence[str]], Sequence[Feature]]
     """What each number is, in a world of these robots."""
 

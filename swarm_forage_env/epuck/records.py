@@ -74,10 +74,8 @@ class EpuckWorldState(Record):
 
     ticks: int = field(np.int64)
     """Ticks since reset. Writer: tick."""
-
     has_moved: bool = field(np.bool_)
     """The engine has moved the robots already in this tick. Writers: the engine, tick."""
-
     dt: float = field(np.float64, unit="s")
     arena: Float64[Array, "2"] = field(np.float64, 2, unit="m")
     start_radius: float = field(np.float64, unit="m")
@@ -103,16 +101,12 @@ class EpuckWorldState(Record):
 
     reach: float = field(np.float64, unit="m")
     """Robots within this of each other are listed as neighbours, centre to centre."""
-
     n_obstacles: int = field(np.int64)
     """Capsules in this world's row of `obstacles`; the rest of the row is padding."""
-
     is_shadowed: bool = field(np.bool_)
     """An obstacle between two robots keeps their messages from each other."""
-
     has_faults: bool = field(np.bool_)
     """Some robots may be faulty."""
-
     faults: FaultNumbers = field(FaultNumbers)
 
     is_crowded: bool = field(np.bool_)
@@ -132,7 +126,6 @@ class Readings(Record):
         noise=lambda scenario: f"x (1 +- {scenario.sensors.proximity_noise:g})",
     )
     """Infrared, 1 at contact and 0 beyond 5 cm, at PROXIMITY_ANGLES of the body frame."""
-
     ground: Float32[Array, "3"] = field(
         np.float32,
         3,
@@ -143,7 +136,6 @@ class Readings(Record):
         noise=lambda scenario: f"x (1 +- {scenario.sensors.ground_noise:g})",
     )
     """Brightness under the left, middle and right ground sensor: black 0, white 1."""
-
     odometry: Float32[Array, "2"] = field(
         np.float32,
         2,
@@ -161,7 +153,6 @@ class Heard(Record):
 
     is_valid: Float32[Array, " slots"] = flag("slots", label="valid")
     """The slot holds a message."""
-
     range_bearing: Float32[Array, "slots 3"] = field(
         np.float32,
         "slots",
@@ -176,7 +167,6 @@ class Heard(Record):
     )
     """Range of the sender [m], its bearing in the body frame of the receiver [rad], and the
     bearing of the receiver in the body frame of the sender [rad], as measured."""
-
     n_averaged: Float32[Array, " slots"] = field(
         np.float32,
         "slots",
@@ -186,10 +176,8 @@ class Heard(Record):
         label="frames",
     )
     """Frames averaged into the measurement: several while the receiver stands still."""
-
     n: int = field(np.int32, counts="is_valid")
     """Messages heard."""
-
     sender: Int32[Array, " slots"] = field(np.int32, "slots")
     """Which robot of the same world sent it: 0 .. N - 1; stale from `n` on."""
 
@@ -201,7 +189,6 @@ class Command(Record):
         np.float32, 2, unit="of cruise speed", names=(WHEELS,), **SPEED
     )
     """Speed of the left and right wheel; the motors reach robot.max_speed at most."""
-
     is_speaking: bool = field(np.bool_)
     """The robot broadcasts its message."""
 
@@ -211,22 +198,17 @@ class Action(Record):
 
     weighting: int = field(np.int8)
     """KEEP or REPLACE the hand-written weighting."""
-
     motion: int = field(np.int8)
     """KEEP, REPLACE, CORRECT or COURSE: what becomes of the hand-written motion."""
-
     has_reflexes: bool = field(np.bool_)
     """Where a learner steers, the reflexes of the hand-written motion come first."""
-
     is_walking: bool = field(np.bool_)
     """Where a learner steers, the random walk of the hand-written motion goes on."""
-
     weight: Float32[Array, " areas"] = field(
         np.float32, 2, unit="weight", low=0.0, high=1.0, names=(AREAS,), label="g"
     )
     """Weight in [0, 1] of what was heard about each area; of no effect where no exchange just
     ended."""
-
     wheels: Float32[Array, "2"] = field(
         np.float32, 2, unit="of cruise speed", names=(WHEELS,), **SPEED
     )
@@ -239,25 +221,18 @@ class EpuckState(Record):
 
     pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """x, y [m] and heading [rad] in the world frame. Writers: engine, tick; reset."""
-
     heading: Float64[Array, "2"] = field(np.float64, 2)
     """Cosine and sine of the heading. Writer: tick."""
-
     wheels: Float64[Array, "2"] = field(np.float64, 2, unit="m/s")
     """Speed of the left and right wheel in the last tick. Writers: engine, tick."""
-
     streams: UInt64[Array, "6"] = field(np.uint64, 6)
     """Random streams: ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO. Writer: tick."""
-
     rays: Float64[Array, "8"] = field(np.float64, 8, unit="m", start=np.inf)
     """Length of each infrared ray from the rim; infinite beyond its reach. Writer: tick."""
-
     reward: float = field(np.float32)
     """What the robot earned in the last tick. Writer: the task's `score`."""
-
     messages: int = field(np.int32)
     """Messages heard. Writer: tick."""
-
     readings: Readings = field(Readings)
     heard: Heard = field(Heard)
     command: Command = field(Command)
@@ -265,6 +240,5 @@ class EpuckState(Record):
 
     is_faulty: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
     """A fault of each of KINDS is in effect. Writer: tick."""
-
     is_silent: bool = field(np.bool_)
     """A fault keeps all that the robot says from being sent. Writer: tick."""

@@ -104,25 +104,18 @@ class EpuckTask:
     name: str
     scenario: type[EpuckScenario]
     """Every number of a world; its part `task` is the task's own."""
-
     world: type[EpuckWorld]
     """Its records, and the functions of its tick: see `epuck.tick`."""
-
     controller: str
     """Default controller."""
-
     episode: EpisodeKind
     """What an episode is judged by."""
-
     headings: tuple[str, str]
     """What the score and the share are called that a picture shows."""
-
     shown: Callable[[Any, int], tuple[Array, float]]
     """The score of each robot of one world, a whole number, and a share in [0, 1]."""
-
     infos: tuple[str, ...] = ("messages",)
     """What is logged of each robot, by name."""
-
     log: Kernel = log_messages
     """Writes it: of a robot, what it keeps, its world, and the row of numbers."""
 

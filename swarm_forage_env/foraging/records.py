@@ -35,23 +35,18 @@ class WorldState(EpuckWorldState):
 
     half_time: int = field(np.int64)
     """Ticks in the first half of an episode."""
-
     areas: Float64[Array, "8 2"] = field(np.float64, MAX_AREAS, 2, unit="m")
     """Centres of the areas as they are now: the first nest, the first prey area, then all others.
     Writers: reset, tick."""
-
     kinds: Int8[Array, "8"] = field(np.int8, MAX_AREAS, start=FLOOR)
     """NEST or PREY; FLOOR from `n_areas` on."""
-
     n_areas: int = field(np.int64)
     worths: Float64[Array, "8"] = field(np.float64, MAX_AREAS)
     moves_at: Int64[Array, "8"] = field(np.int64, MAX_AREAS, unit="ticks")
     """When an area moves to `moves_to`; NEVER if it stays."""
-
     moves_to: Float64[Array, "8 2"] = field(np.float64, MAX_AREAS, 2, unit="m")
     first_places: Float64[Array, "8 2"] = field(np.float64, MAX_AREAS, 2, unit="m")
     """Centres of the areas at the start."""
-
     area_radius: float = field(np.float64, unit="m")
 
 
@@ -60,7 +55,6 @@ class Report(Record):
 
     is_lost: bool = field(np.bool_)
     """The robot just found itself lost."""
-
     known: Int8[Array, " areas"] = field(np.int8, 2)
     """The robot believes it knows where the area is."""
 
@@ -70,25 +64,18 @@ class RobotState(EpuckState):
 
     leg: int = field(np.int8)
     """0: nest not yet visited; 1: on the way to the prey; 2: on the way back. Writer: tick."""
-
     load: float = field(np.float32)
     """Worth of the prey area that the robot brings an item from. Writer: tick."""
-
     round_trips: int = field(np.int32)
     """Completed trips nest -> prey -> nest. Writer: tick."""
-
     first_visit: Int64[Array, " areas"] = field(np.int64, 2, unit="ticks", start=-1)
     """Tick of the first visit to each area, -1 before it. Writer: tick."""
-
     known: Int8[Array, " areas"] = field(np.int8, 2)
     """The robot reported before the last tick that it knows where the area is. Writer: tick."""
-
     path_ticks: int = field(np.int64, unit="ticks")
     """Ticks in the second half of the episode in which both areas were known. Writer: tick."""
-
     lost_events: int = field(np.int32)
     """How often the robot reported itself lost. Writer: tick."""
-
     report: Report = field(Report)
 
 
@@ -97,60 +84,43 @@ class Exchange(Record):
 
     is_valid: float = flag(label="valid")
     """An exchange ended in this tick."""
-
     own_p: Float32[Array, " areas"] = field(np.float32, 2, names=(AREAS,), **PATH)
     """Own inverse confidence: path since leaving the area; 0 where unknown."""
-
     heard_p: Float32[Array, " areas"] = field(np.float32, 2, names=(AREAS,), **PATH)
     """The partner's inverse confidence; 0 where it told nothing."""
-
     own_known: Float32[Array, " areas"] = flag(2, names=(AREAS,))
     """The robot knows where the area is."""
-
     heard_known: Float32[Array, " areas"] = flag(2, names=(AREAS,))
     """The partner told where the area is."""
-
     disagreement: Float32[Array, " areas"] = field(
         np.float32, 2, unit="m", scale=0.5, low=0.0, names=(AREAS,)
     )
     """Distance between the own and the heard location, where both are known."""
-
     own_distance: Float32[Array, " areas"] = field(np.float32, 2, low=0.0, names=(AREAS,), **PLACE)
     """How far the robot is from the own location; zero where unknown."""
-
     heard_distance: Float32[Array, " areas"] = field(
         np.float32, 2, low=0.0, names=(AREAS,), **PLACE
     )
     """How far the robot is from the heard location; zero where unknown."""
-
     range: float = field(np.float32, unit="m", scale=0.1, low=0.0, noise=range_noise)
     """Distance to the partner, averaged."""
-
     n_averaged: float = field(np.float32, unit="frames", scale=8.0, low=0.0, label="frames")
     """Frames averaged in this exchange."""
-
     goal: Float32[Array, "3"] = goal_field()
     """The area the robot is heading for, one of three: nest, prey, none."""
-
     right: float = field(np.float32)
     """How often what the partner told turned out right; as all that a robot remembers of others,
     zero under an estimator that keeps no reputations, and not observed by a learner."""
-
     wrong: float = field(np.float32)
     """How often it turned out wrong."""
-
     support: Float32[Array, " areas"] = field(np.float32, 2)
     """How many others told the same lately, each as far as it is trusted."""
-
     suspicion: Float32[Array, " areas"] = field(np.float32, 2)
     """The same, each as far as it is not trusted."""
-
     dissent: Float32[Array, " areas"] = field(np.float32, 2)
     """How many others told another place lately, each as far as it is trusted."""
-
     own_visited: Float32[Array, " areas"] = field(np.float32, 2)
     """The robot stood on the area itself since it was last lost."""
-
     weight: Float32[Array, " areas"] = field(np.float32, 2)
     """Weight with which what was heard was merged last. Writer: decide."""
 
@@ -160,22 +130,16 @@ class Situation(Record):
 
     target: Float32[Array, "2"] = field(np.float32, 2, names=("xy",), **PLACE)
     """Where to go, body frame; zeros without a goal."""
-
     areas: Float32[Array, "areas 2"] = field(np.float32, 2, 2, names=(AREAS, "xy"), **PLACE)
     """Believed centres of nest and prey, body frame; zeros where unknown."""
-
     p: Float32[Array, " areas"] = field(np.float32, 2, names=(AREAS,), **PATH)
     """Own inverse confidence; zeros where unknown."""
-
     known: Float32[Array, " areas"] = flag(2, names=(AREAS,))
     """The robot believes it knows where the area is."""
-
     goal: Float32[Array, "3"] = goal_field()
     """The area the robot is heading for, one of three: nest, prey, none."""
-
     is_talking: float = flag(label="talking")
     """An exchange is under way: standing still makes its readings better."""
-
     walk: Float32[Array, "2"] = field(
         np.float32, 2, unit="ratio", names=("xy",), start=(1.0, 0.0), **SPEED
     )
@@ -188,10 +152,8 @@ class Said(Record):
 
     speak: float = field(np.float32, unit="broadcast if > 0", **SPEED)
     """Whether the message is broadcast. Writer: the environment."""
-
     words: Float32[Array, " words"] = field(np.float32, WORDS, unit="as sent", **SPEED)
     """The message, whose meaning is the policy's. Writer: the environment."""
-
     heard: Float32[Array, "slots words"] = field(
         np.float32, "slots", WORDS, unit="as sent", label="words", **SPEED
     )

@@ -28,16 +28,12 @@ class ForagingEvents(Events):
 
     trip: bool = field(np.bool_)
     """It completed nest -> prey -> nest."""
-
     visit: int = field(np.int8, start=FLOOR)
     """The area that it came to stand on: 0 nest, 1 prey; -1 none, or it stood there before."""
-
     loss: bool = field(np.bool_)
     """It found itself lost, and forgot where the areas are."""
-
     contact: bool = field(np.bool_)
     """Its body touches another, a wall or an obstacle."""
-
     message: int = field(np.int32)
     """Messages that it heard."""
 

@@ -69,28 +69,20 @@ class SpaceMemory(Record):
 
     at: int = field(np.intp)
     """Address of the space."""
-
     writer: int = field(np.intp)
     """Address of the function that writes a body."""
-
     reader: int = field(np.intp)
     """Address of the function that reads a body."""
-
     to_write: int = field(np.intp)
     """Address of the argument of `writer`: which fields, from which list."""
-
     to_read: int = field(np.intp)
     """Address of the argument of `reader`."""
-
     writing: Any = field(_FLOATS)
     """The list whose numbers are `written`."""
-
     reading: Any = field(_FLOATS)
     """The list whose numbers are `read`."""
-
     written: Float64[Array, "bodies 6"] = field(np.float64, "bodies", 6)
     """Of each body x, y, angle, vx, vy and spin; the walls' comes last."""
-
     read: Float64[Array, "rows 3"] = field(np.float64, "rows", 3)
     """Of each body x, y and angle; more rows than bodies, as pymunk moves a list that is full."""
 

@@ -63,7 +63,6 @@ class WorldState(Record):
 
     ticks: int = field(np.int64)
     """Ticks since reset. Writer: tick."""
-
     dt: float = field(np.float64, unit="s")
     max_speed: float = field(np.float64, unit="m/s")
     min_speed: float = field(np.float64, unit="m/s")
@@ -72,10 +71,8 @@ class WorldState(Record):
 
     noise: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Standard deviation of the readings of speed and turn rate."""
-
     bias: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Standard deviation over robots of their constant error."""
-
     spread: float = field(np.float64)
     reach: float = field(np.float64, unit="m")
     range_noise: float = field(np.float64, unit="m")
@@ -100,13 +97,10 @@ class Readings(Record):
         noise=motion_noise,
     )
     """Speed [m/s] and turn rate [rad/s] of the last tick, as wheels and gyro tell them."""
-
     compass: float = angle()
     """Heading [rad], without error: the authors steer by it, and estimate by the gyro."""
-
     at_home: float = flag()
     """Home is within reach."""
-
     home_fix: Float32[Array, "3"] = field(
         np.float32,
         3,
@@ -117,7 +111,6 @@ class Readings(Record):
         noise=lambda scenario: f"sd {scenario.sensors.home_noise:g}",
     )
     """x, y [m] and heading [rad] as measured at home; zeros out of its reach."""
-
     goal: Float32[Array, "2"] = place()
     """Where to go next, world frame [m]."""
 
@@ -127,7 +120,6 @@ class Sighting(Record):
 
     seen: float = flag()
     """The robot of the row sees the one of the column."""
-
     range: float = field(
         np.float32,
         unit="m",
@@ -136,7 +128,6 @@ class Sighting(Record):
         noise=lambda scenario: f"sd {scenario.sensors.range_noise:g} m",
     )
     """How far it is, as measured."""
-
     bearing: float = angle(noise=lambda scenario: f"sd {scenario.sensors.bearing_noise:g} rad")
     """In which direction of the own body frame."""
 
@@ -147,7 +138,6 @@ class Command(Record):
     acceleration: Float32[Array, "2"] = pull()
     """Acceleration, ahead and to the left of the body; its direction is the new course. Zeros:
     straight on at the same speed."""
-
     claim: bool = field(np.bool_)
     """The robot claims that it is at its goal, and gets another."""
 
@@ -157,15 +147,12 @@ class Action(Record):
 
     weighting: int = field(np.int8)
     """KEEP or REPLACE the hand-written weighting."""
-
     motion: int = field(np.int8)
     """KEEP or REPLACE the hand-written motion."""
-
     weight: Float32[Array, "1"] = field(
         np.float32, 1, unit="weight", low=0.0, high=1.0, names=(("",),), label="g"
     )
     """Share in [0, 1] of the correction by all neighbours that is carried out."""
-
     acceleration: Float32[Array, "2"] = pull()
     """Acceleration, ahead and to the left of the body."""
 
@@ -175,31 +162,22 @@ class RobotState(Record):
 
     pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """x, y [m] and heading [rad], home at the origin. Writers: tick; reset."""
-
     motion: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Speed and turn rate of the last tick. Writers: tick; reset."""
-
     goal: Float64[Array, "2"] = field(np.float64, 2, unit="m")
     """Where the robot is to go. Writers: `judge_claim`; reset."""
-
     deviation: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Standard deviation of the readings of speed and turn rate. Writer: reset."""
-
     bias: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Their constant error. Writer: reset."""
-
     streams: UInt64[Array, "4"] = field(np.uint64, 4)
     """Random streams: ENCODER, LANDMARK, LIDAR, GOAL. Writer: tick."""
-
     right: int = field(np.int32)
     """Goals claimed and reached. Writer: `judge_claim`."""
-
     wrong: int = field(np.int32)
     """Goals claimed and not reached. Writer: `judge_claim`."""
-
     reward: float = field(np.float32)
     """Goals rightly claimed in the last tick. Writer: `judge_claim`."""
-
     readings: Readings = field(Readings)
     command: Command = field(Command)
     action: Action = field(Action)
@@ -210,20 +188,15 @@ class Exchange(Record):
 
     is_valid: float = flag(label="valid")
     """There is a correction: the robot sees another, or is seen."""
-
     neighbours: float = share_of_robots()
     """Robots that it sees or that see it."""
-
     own_covariance_norm: float = variance(label="own_doubt")
     """Norm of the own covariance."""
-
     heard_covariance_norm: float = variance(label="heard_doubt")
     """Norm of the neighbours' covariances, the mean over them; zero without any."""
-
     disagreement: float = field(np.float32, unit="m", scale=2.0, low=0.0)
     """Distance between where the robot believes it is and where its neighbours, by what they
     believe and where they see it, do on average; zero without any."""
-
     weight: Float32[Array, "1"] = field(np.float32, 1)
     """Share of the correction that is carried out. Writer: decide."""
 
@@ -236,31 +209,22 @@ class Situation(Record):
 
     goal: Float32[Array, "2"] = place()
     """To the goal from where the robot believes it is."""
-
     home: Float32[Array, "2"] = place()
     """To home."""
-
     centre: Float32[Array, "2"] = place()
     """To the middle of the neighbours, by what they believe; zeros without any."""
-
     separation: Float32[Array, "2"] = direction(label="crowd")
     """Away from the neighbours; zeros without any."""
-
     alignment: Float32[Array, "2"] = direction(label="flow")
     """Which way the neighbours go; zeros without any."""
-
     velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s", scale=0.25, names=("xy",))
     """The own velocity, as believed."""
-
     density: float = share_of_robots()
     """Robots seen: rho."""
-
     covariance_norm: float = share(label="doubt")
     """Norm of the covariance, as a share of the highest allowed: s."""
-
     dead_reckoning_offset: float = share(label="drift")
     """Distance between the estimate and dead reckoning, as a share of the highest allowed: e."""
-
     has_arrived: float = flag(label="arrived")
     """The robot claims its goal in this tick, and has no other yet."""
 
@@ -270,9 +234,7 @@ class Said(Record):
 
     claim: float = word(unit="at the goal if > 0")
     """Whether the robot is at its goal: another one, please. Writer: the environment."""
-
     words: Float32[Array, " words"] = word(WORDS, unit="as sent")
     """The message, whose meaning is the policy's. Writer: the environment."""
-
     heard: Float32[Array, "robots words"] = word("robots", WORDS, unit="as sent", label="words")
     """What each robot that is seen says; zeros of others. Writer: observe."""

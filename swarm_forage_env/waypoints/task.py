@@ -29,10 +29,8 @@ class WaypointEvents(Events):
 
     trip: bool = field(np.bool_)
     """It claimed its goal and was there."""
-
     loss: bool = field(np.bool_)
     """It claimed its goal and was not there."""
-
     message: int = field(np.int32)
     """Robots that it sees, and so hears."""
 
