@@ -1,13 +1,8 @@
 """One compiler for all kernels: options, cache and its key stand here and nowhere else.
 
-Three decorators. `kernel` compiles a function that other kernels call, `inlined` one that becomes
-part of them, and `entry_point` one that Python calls, whose machine code is kept on disk. `bind`
-makes an entry point from a template whose free names are the functions of chosen parts, and
-`bind_grid` a kernel of a GPU, both of which are kept too.
-
 Numba keys its cache on one file, so that a caller would keep the old body of a callee edited in
 another. Here the key is what the machine code depends on: the bytecode and the constants of a
-function and of all that it calls. An edit of a comment or a docstring changes no key.
+function and of all that it calls.
 """
 
 import os
@@ -51,10 +46,8 @@ INLINED = {**OPTIONS, "forceinline": True}
 def _name_functions_anew() -> None:
     """Let names of functions in machine code be of this process alone.
 
-    Numba names a function by its types and a number, and records among these by a number too,
-    which it counts in each process. Where kept machine code of two processes is loaded, the
-    second of two functions of one name is dropped and the first is called, be it for records of
-    another size.
+    Numba counts functions and records in each process. Of two kept functions of one name, made by
+    two processes, the first would be called for both, be it for records of another size.
     """
     start = int.from_bytes(os.urandom(6), "little")
     bytecode.FunctionIdentity._unique_ids = count(start)

@@ -1,9 +1,7 @@
 """The files in which machine code is kept: checked against damage, and against other people.
 
-A file begins with the hash of its content. One that is damaged counts as missing, so that its
-kernel is compiled again and the file replaced; so does one whose functions lay in a module that has
-another name now. Machine code runs with all rights of the user: a folder that others may write is
-not used.
+A file begins with the hash of its content. One that is damaged, or whose functions lay in a module
+that has another name now, counts as missing. A folder that others may write is not used.
 """
 
 import os

@@ -1,7 +1,6 @@
 """Lanes: the threads that share the robots of a world, one on a CPU and many on a GPU.
 
-What a world does is written once, as loops over robots by lanes, with a barrier wherever a robot
-reads what another lane has written:
+A barrier stands wherever a robot reads what another lane has written:
 
     for i in range(lane(), n, lanes()):
         drive(swarm[i], world)

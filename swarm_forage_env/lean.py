@@ -1,12 +1,8 @@
 """How numba compiles kernels: without what nobody asks of them.
 
-Numba counts who holds an array at each view of it, as at the row of a table: a tenth of a tick. In
-a kernel that is given all its arrays, the caller holds them, and nothing is to be counted.
-
-Numba also makes two wrappers of each function, optimises it and makes machine code of it, and then
-once more as a part of each caller. A kernel that other kernels call alone is left as it is until
-an entry point takes it in, which compiles a controller of a world in 0.6 of the time, to the same
-machine code.
+Who holds an array is not counted in a kernel that is given all its arrays: a tenth of a tick. A
+kernel that other kernels call alone is left as it is until an entry point takes it in, which
+compiles a controller of a world in 0.6 of the time, to the same machine code.
 """
 
 from collections.abc import Callable, Mapping
@@ -80,11 +76,7 @@ class _NoEntry:
 
 
 class Inner(Compiler):  # type: ignore[misc]
-    """Numba's compiler, but nothing is made of a function but what its callers take in.
-
-    Numba makes two wrappers of each function and machine code of all, which takes as long as the
-    function itself.
-    """
+    """Numba's compiler without wrappers and machine code of a function that its callers take in."""
 
     def __init__(self, *parts: object) -> None:
         super().__init__(*parts)

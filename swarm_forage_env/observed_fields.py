@@ -1,8 +1,7 @@
 """Fields of records that policies observe or write: their layout, and copies to and from rows.
 
-A record's field says what it is (`swarm_forage_env.record`); a `FieldPath` says where it lies. The
-numbers of a robot are copied between its records and a row of an observation or action by spans
-of float32 words, alike on a CPU and on a GPU.
+A `FieldPath` says where a field of a record lies. The numbers of a robot are copied between its
+records and a row of an observation or action by spans of float32 words.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence

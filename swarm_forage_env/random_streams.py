@@ -1,7 +1,6 @@
 """Random streams: one for each world, robot and source of noise, all from the seed of the world.
 
-Two controllers under one seed meet the same world; a world in a block draws what it
-draws alone; and drawing more for one cause does not move another.
+A world in a block draws what it draws alone; drawing more for one cause does not move another.
 """
 
 from collections.abc import Sequence

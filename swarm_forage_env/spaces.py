@@ -76,10 +76,10 @@ def widest(layouts: Sequence[Layout]) -> list[Feature]:
 
     They differ in nothing else, only that some may leave out features of the longest.
     """
-    first = max(layouts, key=len)
-    lows: dict[str, float] = {}
-    highs: dict[str, float] = {}
-    for feature in (each for layout in layouts for each in layout):
-        lows[feature.name] = min(feature.low, lows.get(feature.name, feature.low))
-        highs[feature.name] = max(feature.high, highs.get(feature.name, feature.high))
-    return [replace(each, low=lows[each.name], high=highs[each.name]) for each in first]
+    bounds: dict[str, list[float]] = {}
+    for each in (feature for layout in layouts for feature in layout):
+        bounds.setdefault(each.name, []).extend((each.low, each.high))
+    return [
+        replace(each, low=min(bounds[each.name]), high=max(bounds[each.name]))
+        for each in max(layouts, key=len)
+    ]

@@ -7,11 +7,10 @@ The function `swarm_run` of that object code takes, as C sees it,
 
     int swarm_run(int64_t *nothing, void **error, void *array_0, ..., void *array_k, int64_t ticks)
 
-the arrays of `memory_of(loop)` in their order, and runs these ticks of one world in place. All
-elementary functions are part of it (`equations.elementary`), so the same memory comes out as here,
-bit for bit (`tests/targets`). What it still calls is memcpy, memset and products of whole numbers;
-on a machine without float64 also its sums, products and the like, square root and floor, which the
-library that is linked must round as IEEE 754 says.
+the arrays of `memory_of(loop)` in their order, and runs these ticks of one world in place. The same
+memory comes out as here, bit for bit (`tests/targets`). What it still calls is memcpy, memset and
+products of whole numbers; without float64 also its sums, products and the like, square root and
+floor, which the library that is linked must round as IEEE 754 says.
 """
 
 import re

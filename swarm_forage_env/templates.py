@@ -1,7 +1,7 @@
 """Templates: functions with free names, which are bound to the functions of chosen parts.
 
 A template of a block goes over worlds; it may name row templates, of one world or of one robot,
-which are bound with it. So one text of what a world does serves several ways to run worlds.
+which are bound with it.
 """
 
 from collections.abc import Callable, Iterator, Mapping

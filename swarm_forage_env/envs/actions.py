@@ -46,8 +46,9 @@ class ActionForm:
         self._steering = steering = _steering(task, policy, config)
         self.has_reflexes = _has_reflexes(policy, steering, config)
         """The reflexes of the hand-written motion come first."""
-        self.motion = _motion_mode(steering, config)
-        """What becomes of the hand-written motion: REPLACE, CORRECT or COURSE."""
+        is_course = steering is not None and steering.is_course
+        self.motion = CORRECT if config.residual else COURSE if is_course else REPLACE
+        """What becomes of the hand-written motion."""
         self._is_symmetric = config.normalise and policy.n_weights > 0
         self.layout = self._layout()
         """What each number of a continuous action is."""
@@ -71,16 +72,10 @@ class ActionForm:
             self.conversion = self.to_raw(self.choices), *self.conversion[1:]
             self.functions = {"write_raw": raw_of_choice}
             self.space = Discrete(len(self.choices))
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Of an action of one robot."""
-        return () if self.is_discrete else (len(self.layout),)
-
-    @property
-    def is_discrete(self) -> bool:
+        self.is_discrete = bool(config.discrete)
         """An action is a choice, and not numbers."""
-        return isinstance(self.space, Discrete)
+        self.shape = () if self.is_discrete else (len(self.layout),)
+        """Of an action of one robot."""
 
     def to_raw(self, given: Array) -> Raw:
         """What the layers take, of actions, a row for each robot."""
@@ -158,12 +153,6 @@ def _has_reflexes(policy: PolicyInterface, steering: Steering | None, config: En
         return config.reflexes
     drives = steering is not None and steering.command is not None
     return drives and bool(policy.walk) and not config.residual
-
-
-def _motion_mode(steering: Steering | None, config: EnvConfig) -> int:
-    if config.residual:
-        return CORRECT
-    return COURSE if steering is not None and steering.is_course else REPLACE
 
 
 class Actions:

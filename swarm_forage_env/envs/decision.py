@@ -8,7 +8,6 @@ from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float64, Int64
 from swarm_forage_env.device_loop import DeviceLoop
-from swarm_forage_env.envs.actions import ActionForm
 from swarm_forage_env.envs.decision_kernels import (
     Terms,
     check,
@@ -51,7 +50,13 @@ class Decisions:
         self._take = worlds.kernel(take, form.action.functions)
         self._allowed = check_choices if form.action.is_discrete else check_numbers
         self._check = worlds.kernel(check, {"check_actions": self._allowed})
-        self._limits = _limits_of(form.action, memory.to_device)
+        space = form.action.space
+        self._limits: Any = 0
+        """The bounds of the numbers of an action, or how many choices there are."""
+        if isinstance(space, Box):
+            self._limits = memory.to_device(space.low), memory.to_device(space.high)
+        else:
+            self._limits = len(form.action.choices)
         self._credit = worlds.kernel(credit, {})
         phi = form.task.potential
         self._note = None
@@ -136,12 +141,3 @@ class Decisions:
         if self._note is not None:
             at = self._worlds.arrays
             self._note(at["robots"], at["worlds"], self._potentials[when])
-
-
-def _limits_of(
-    form: ActionForm, to_device: Callable[[Array], PlacedArray]
-) -> tuple[PlacedArray, PlacedArray] | int:
-    """The bounds of the actions of a form, or how many choices there are."""
-    if isinstance(form.space, Box):
-        return to_device(form.space.low), to_device(form.space.high)
-    return len(form.choices)

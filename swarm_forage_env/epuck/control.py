@@ -1,7 +1,6 @@
 """The control of e-pucks without an estimator: a motion uses the sensors alone.
 
-A motion has the signature that it has in foraging, and an empty situation: one that asks for
-readings and messages alone runs in both.
+It has the signature of one in foraging, and an empty situation.
 """
 
 import math

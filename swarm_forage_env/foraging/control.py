@@ -1,8 +1,7 @@
 """The control of robots in a tick: what estimators do before the cut, and what follows it.
 
-Templates whose free names are bound to the functions of the chosen layers: those of one robot, and
-`observe_world` and `decide_world`, which run them over the robots of a world. At the cut between
-the two a learner, or a rule written in NumPy, writes the actions that replace a layer.
+At the cut between `observe_world` and `decide_world` a learner, or a rule written in NumPy, writes
+the actions that replace a layer.
 
 A layer's functions receive records of the robot's interface only: never its pose. Every robot has
 its own numbers; robots of another controller, which are not `is_member`, are left alone.

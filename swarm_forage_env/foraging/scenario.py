@@ -1,9 +1,4 @@
-"""A scenario of foraging: that of e-pucks, and a nest and a prey area.
-
-Origin is one of: published (the paper says so), derived (follows from what a paper says),
-chosen (no paper says; see the description). TR is Gutierrez et al. 2009, ANTS is
-Gutierrez et al. 2008.
-"""
+"""A scenario of foraging: that of e-pucks, and a nest and a prey area. Origins: `epuck.parts`."""
 
 import math
 from collections.abc import Mapping

@@ -1,10 +1,8 @@
 """What a pymunk space remembers of its contacts: read from one space, written to a new one.
 
-pymunk's own copy of a space keeps the impulses of its contacts, but not the order in which they are
-solved; and the next tick depends on that to the last bit. The order follows from the tree in which
-Chipmunk looks for bodies that may touch, and the tree from all that happened in the space. No
-function of pymunk tells it, so it is read and written where it lies: `chipmunk_layout`
-says how, and `_trees` checks first that it is so.
+pymunk's own copy of a space loses the order in which contacts are solved, which follows from the
+tree in which Chipmunk looks for bodies that may touch. No function of pymunk tells it, so it is
+read and written where it lies: `chipmunk_layout` says how, and `_trees` checks that it is so.
 """
 
 import ctypes

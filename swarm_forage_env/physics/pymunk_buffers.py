@@ -1,7 +1,7 @@
 """Moves the robots of a world by Chipmunk, the library below pymunk, without Python in between.
 
-Compiled functions call those of Chipmunk that take addresses and numbers. Bodies are read and
-written as in `pymunk.batch`, all of a space in one call, from buffers in the memory of NumPy.
+Compiled functions call those of Chipmunk that take addresses and numbers: how a vector is handed
+over differs from platform to platform. Bodies are read and written as in `pymunk.batch`.
 """
 
 import ctypes

@@ -1,9 +1,8 @@
 """A playground: a page that runs its worlds itself, in WebAssembly, and draws them as a replay.
 
-The page is that of a replay. Where a replay has the recording of a swarm, this one has machine code
-and the memory of a world that begins; a worker runs an episode of it when the page opens, and
-whenever the seed or a number is changed. A visitor can take over a robot, which is then run tick by
-tick.
+Where a replay has the recording of a swarm, this page has machine code and the memory of a world
+that begins; a worker runs an episode of it when the page opens, and whenever the seed or a number
+is changed. A visitor can take over a robot.
 """
 
 import base64

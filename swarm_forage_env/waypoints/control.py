@@ -1,11 +1,6 @@
-"""The control of the robots of a world: what estimators do before the cut, and what follows it.
+"""The control of robots that visit waypoints, as `foraging.control` has it.
 
-Row templates whose free names are bound to the functions of the chosen layers. At the cut between
-them a learner, or a rule written in NumPy, writes the actions that take the place of a layer.
-
-A layer's functions receive records of the robot's interface only: never its pose. Every robot has
-its own weighting and motion; robots of other ones, which are not `is_member`, are left alone. The
-estimator is that of the whole swarm, as robots correct their estimates jointly.
+The estimator is that of the whole swarm, as robots correct their estimates jointly.
 """
 
 import math

@@ -4,9 +4,7 @@ Robots that see each other tell each other what they believe, at once and withou
 paper (BOIDS, Section 3): an estimator may look at what robot j believes, for robot i, where i
 sees j or j sees i, and nowhere else.
 
-What layers see is float32 in SI units, flags among it as 0 or 1, and lies in memory as an
-environment shows it in its observation: a policy that replaces a layer sees what the
-hand-written layer sees.
+What layers see lies in memory as `epuck.records` says.
 """
 
 import math
