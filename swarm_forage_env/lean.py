@@ -89,14 +89,10 @@ class Inner(Compiler):  # type: ignore[misc]
     def compile_extra(self, function: Callable[..., object]) -> CompileResult:
         """Compile a function into a library that is linked and never run."""
         library = self.state.targetctx.codegen().create_library(function.__qualname__)
-        library._optimize_final_module = _do_nothing
+        library._optimize_final_module = lambda: None
         library._finalize_final_module = partial(_finalize_unloaded, library)
         self.state.library = library
         return super().compile_extra(function)
-
-
-def _do_nothing() -> None:
-    """Leave a library as it is: its callers optimise what they take in."""
 
 
 def _finalize_unloaded(library: CPUCodeLibrary) -> None:

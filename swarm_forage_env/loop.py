@@ -108,20 +108,12 @@ class Loop(WorldsOnCpu):
         does not fit.
         """
         which = checked_worlds(worlds, self.world.n_worlds)
-        if scenarios is None:
-            self.world.reset(seeds, which)
-        else:
-            self._reset_under(_one_each(scenarios, which), seeds, which)
-        self._begin(which, seeds)
-
-    def _reset_under(
-        self, scenarios: Sequence[BaseScenario], seeds: Sequence[int], which: Sequence[int]
-    ) -> None:
-        """Start some worlds anew, each from its seed under another scenario."""
-        numbers = self._numbers_under(scenarios, which)
-        self.world.reset(seeds, which, scenarios)
-        for w, each in zip(which, numbers, strict=True):
+        changed = None if scenarios is None else _one_each(scenarios, which)
+        numbers = self._numbers_under(changed, which) if changed else []
+        self.world.reset(seeds, which, changed)
+        for w, each in zip(which, numbers, strict=bool(changed)):
             self.controller.renumber(w, each)
+        self._begin(which, seeds)
 
     def renumber(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
         """Give some worlds the numbers of other scenarios, and let all records be.

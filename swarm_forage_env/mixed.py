@@ -195,6 +195,7 @@ class RunningTeams:
     ) -> None:
         """So many teams; `minds` hold what all estimators have in common, and what policies say."""
         self._running = running
+        self.has_rules = any(each.has_rules for each in running)
         layered, policies = [], []
         for each, team in zip(running, teams, strict=True):
             if has_estimators(each.minds):
@@ -212,11 +213,6 @@ class RunningTeams:
             (_bytes(minds), team, _spans(shown, self.minds.dtype, minds.dtype))
             for minds, team in layered
         ]
-
-    @property
-    def has_rules(self) -> bool:
-        """A layer is a rule in NumPy, which is asked about all worlds at once."""
-        return any(each.has_rules for each in self._running)
 
     @property
     def compiled(self) -> CompiledLayers:

@@ -112,6 +112,8 @@ class RawControl:
 class RunningPolicy:
     """Carries out what a learner of everything does."""
 
+    has_rules = False
+
     def __init__(
         self,
         policy: RawControl,
@@ -123,11 +125,6 @@ class RunningPolicy:
         self.minds: Array = self._said(shape)
         self._nothing = NoMemory.array(shape), np.zeros((*shape, 0)), Membership.array(shape)
         self._nothing[2]["is_member"] = np.isin(range(world.n_robots), robots)
-
-    @property
-    def has_rules(self) -> bool:
-        """There are none."""
-        return False
 
     @property
     def compiled(self) -> CompiledLayers:

@@ -1,6 +1,6 @@
 """Ticks for other machines: WebAssembly and Cortex-M4, from the functions that run here.
 
-    code = object_code(loop, TARGETS["wasm32"])
+    code = compiled_for(TARGETS["wasm32"], llvm_text(loop))
 
 Numba leaves a world and its controllers as one text of LLVM, which LLVM compiles for any machine.
 The function `swarm_run` of that object code takes, as C sees it,
@@ -84,38 +84,25 @@ def memory_of(loop: Loop) -> list[Array]:
             " machines run compiled ones alone; take one that is compiled, as ssgikf"
         )
     arrays = (*loop.world.arrays, *layers.arrays, loop.world.modes, loop.world.trouble)
-    return [_without_gaps(each) for each in arrays]
-
-
-def _without_gaps(array: Array) -> Array:
-    copy = np.zeros(array.shape, array.dtype)
-    copy[...] = array
-    return copy
-
-
-def object_code(loop: Loop, target: Target) -> bytes:
-    """The ticks of a loop of one world as object code of a target."""
-    return compiled_for(target, llvm_text(loop))
+    copies = [np.zeros(each.shape, each.dtype) for each in arrays]
+    for copy, each in zip(copies, arrays, strict=True):
+        copy[...] = each
+    return copies
 
 
 def llvm_text(loop: Loop) -> str:
     """The ticks of a loop of one world as LLVM's text, in which only `swarm_run` is public."""
-    arrays, passed = handed_over(loop)
-    return llvm_text_of(ticks_of(loop), arrays, ("n_ticks",), f"called({passed}, 0, 1, n_ticks)")
+    memory, n_world = memory_of(loop), len(loop.world.arrays)
+    names = [f"array_{k}" for k in range(len(memory))]
+    world, own = ", ".join(names[:n_world]), ", ".join(names[n_world:-2])
+    call = f"called(({world},), ({own},), {names[-2]}, {names[-1]}, 0, 1, n_ticks)"
+    arrays = dict(zip(names, memory, strict=True))
+    return llvm_text_of(ticks_of(loop), arrays, ("n_ticks",), call)
 
 
 def ticks_of(loop: Loop) -> Kernel:
     """`run_ticks` with the functions of a loop's world and controller."""
     return bind(run_ticks, {**loop.world.functions, **loop.controller.compiled.functions})
-
-
-def handed_over(loop: Loop) -> tuple[dict[str, Array], str]:
-    """The arrays of `memory_of(loop)` by name, and as `run_ticks` is handed them."""
-    memory, n_world = memory_of(loop), len(loop.world.arrays)
-    names = [f"array_{k}" for k in range(len(memory))]
-    world, own = ", ".join(names[:n_world]), ", ".join(names[n_world:-2])
-    passed = f"({world},), ({own},), {names[-2]}, {names[-1]}"
-    return dict(zip(names, memory, strict=True)), passed
 
 
 def llvm_text_of(
@@ -147,7 +134,8 @@ def _llvm_text(text: str, called: Callable[..., object], signature: Any) -> str:
     known: dict[str, Any] = {"carray": numba.carray, "called": called}
     exec(text, known)
     library = numba.cfunc(signature, **OPTIONS)(known[ENTRY])._library
-    (name,) = (name for name in _defined(library) if name.startswith(f"_ZN13_3cdynamic_3e9{ENTRY}"))
+    defined = (each.name for each in library._final_module.functions if not each.is_declaration)
+    (name,) = (name for name in defined if name.startswith(f"_ZN13_3cdynamic_3e9{ENTRY}"))
     return str(library.get_llvm_str()).replace(name, ENTRY)
 
 
@@ -193,8 +181,3 @@ def _without_host(text: str) -> str:
     for pattern, instead in _OF_HOST.items():
         text = re.sub(pattern, instead, text, flags=re.MULTILINE)
     return text
-
-
-def _defined(library: Any) -> list[str]:  # noqa: ANN401 numba's
-    """The names of the functions that compiled code defines."""
-    return [each.name for each in library._final_module.functions if not each.is_declaration]

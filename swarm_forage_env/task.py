@@ -51,6 +51,8 @@ class World(ABC):
     """Clock and numbers of every world."""
     scenarios: tuple[BaseScenario, ...]
     """The scenario of every world: they differ in numbers only, not in how many robots."""
+    is_compiled = True
+    """Nothing outside compiled code moves the robots."""
 
     def __init__(self, scenarios: Sequence[BaseScenario], seeds: Sequence[int]) -> None:
         self.scenarios = tuple(scenarios)
@@ -74,11 +76,6 @@ class World(ABC):
     def functions(self) -> Mapping[str, Kernel]:
         """What `run_ticks` has free names for: the task's `tick_world`, the engine's
         `move_world`, and the functions that these name."""
-
-    @property
-    def is_compiled(self) -> bool:
-        """Nothing outside compiled code moves the robots."""
-        return True
 
     def move(self, first: int, last: int) -> None:  # noqa: B027 most worlds move in compiled code
         """Let an engine outside compiled code move the robots of the worlds first .. last - 1."""

@@ -7,7 +7,6 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.world import EpuckWorld
-from swarm_forage_env.record import Rows
 from swarm_forage_env.scene import Outline, Scene, Stage
 
 DRIVING = ("driving", "", "", "", "")
@@ -53,11 +52,12 @@ def stage(scenario: EpuckScenario, controller: str, headings: tuple[str, str]) -
 def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
     """What a scene holds of the robots of one world: where they are, and who heard whom."""
     robots = world.robots[which].view(np.recarray)
-    has_faults = world.worlds["has_faults"][which]
+    has_faults, heard = world.worlds["has_faults"][which], robots.heard
+    receiver, slot = np.nonzero(np.arange(heard.sender.shape[1]) < heard.n[:, None])
     return {
         "time": float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
         "pose": robots.pose.copy(),
-        "messages": messages_of(robots.heard),
+        "messages": np.stack([heard.sender[receiver, slot], receiver], axis=1).astype(np.int32),
         "faulty": robots.is_faulty.any(axis=1) if has_faults else None,
     }
 
@@ -74,10 +74,3 @@ def scene(world: EpuckWorld, which: int, score: Int32[Array, " robots"], share: 
         on_path=share,
         **bodies(world, which),
     )
-
-
-def messages_of(heard: Rows) -> Int32[Array, "messages ends"]:
-    """Sender and receiver of every message heard, by receiver."""
-    n_slots = heard.sender.shape[1]
-    receiver, slot = np.nonzero(np.arange(n_slots) < heard.n[:, None])
-    return np.stack([heard.sender[receiver, slot], receiver], axis=1).astype(np.int32)

@@ -22,11 +22,6 @@ SLACK = 1.01
 """Room for the rounding to float32."""
 
 
-def max_brightness(scenario: EpuckScenario) -> float:
-    """Reading of a ground sensor over white floor."""
-    return SLACK * (1.0 + scenario.sensors.ground_noise)
-
-
 def max_step(scenario: EpuckScenario) -> float:
     """Path of a wheel in a tick, as its encoder reads it [m]; a worn encoder reads more."""
     robot, noise = scenario.robot, scenario.sensors.wheel_noise
@@ -131,7 +126,7 @@ class Readings(Record):
         3,
         unit="brightness",
         low=0.0,
-        high=max_brightness,
+        high=lambda scenario: SLACK * (1.0 + scenario.sensors.ground_noise),
         names=(("left", "middle", "right"),),
         noise=lambda scenario: f"x (1 +- {scenario.sensors.ground_noise:g})",
     )

@@ -86,14 +86,6 @@ def shorten_rays_at_walls(robot: EpuckState, world: EpuckWorldState) -> None:
 
 
 @kernel
-def shorten_rays(robot: EpuckState, dx: float, dy: float, radius: float) -> None:
-    """Shorten the rays of a robot that another body, (dx, dy) from it [m], stands in the way of."""
-    ahead, left = to_body(dx, dy, robot.heading[0], robot.heading[1])
-    for ray in range(8):
-        robot.rays[ray] = min(robot.rays[ray], ray_to_disc(ahead, left, ray, radius))
-
-
-@kernel
 def cast_rays_at_obstacles(robot: EpuckState, world: EpuckWorldState, obstacles: Capsules) -> None:
     """Set the infrared rays of a robot to their lengths up to the obstacles; else infinite."""
     robot.rays[:] = math.inf
@@ -134,7 +126,10 @@ def cast_rays(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) ->
             if not is_any_near:
                 robot.rays[:] = math.inf
                 is_any_near = True
-            shorten_rays(robot, dx, dy, world.radius)
+            ahead, left = to_body(dx, dy, robot.heading[0], robot.heading[1])
+            for ray in range(8):
+                way = ray_to_disc(ahead, left, ray, world.radius)
+                robot.rays[ray] = min(robot.rays[ray], way)
     return is_any_near
 
 
@@ -185,12 +180,6 @@ def sort_shadowed_last(swarm: Array, i: int, near: Neighbours, obstacles: Capsul
 
 
 @kernel
-def is_on_air(sender: EpuckState) -> bool:
-    """The robot broadcasts, and its radio works."""
-    return bool(sender.command.is_speaking) and not sender.is_silent
-
-
-@kernel
 def keep_slots(heard: Heard, n: int) -> None:
     """Keep the first n message slots, and clear those after them that were used before."""
     for slot in range(n, heard.n):
@@ -211,7 +200,8 @@ def receive_messages(swarm: Array, i: int, near: Neighbours, world: EpuckWorldSt
     for k in range(FIRST, FIRST + near[i, COUNT]):
         sender = swarm[near[i, k]]
         dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
-        if not is_on_air(sender) or dx * dx + dy * dy > far_squared:
+        is_on_air = sender.command.is_speaking and not sender.is_silent
+        if not is_on_air or dx * dx + dy * dy > far_squared:
             continue
         d = hypot(dx, dy)
         if d > world.max_range:

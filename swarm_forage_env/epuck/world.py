@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import numbers_named
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.physics.base import Physics, PythonPhysics
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
@@ -87,7 +86,7 @@ class EpuckWorld(World):
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
         self.replace_scenarios(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
-        self._is_python = isinstance(self._physics, PythonPhysics)
+        self.is_compiled = not hasattr(self._physics, "move")
         self.reset(seeds)
 
     @staticmethod
@@ -105,7 +104,9 @@ class EpuckWorld(World):
         self.write_task(scenario, self.worlds[first:last])
         name_faulty(scenario, self.faults[first:last])
         self.near = _widened(self.near, FIRST + max_neighbours(scenario), 0)
-        self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
+        reach, arena = reach_of(scenario), scenario.arena
+        n_cells = cells_of(arena.length, reach) * cells_of(arena.width, reach)
+        self._cells = _widened(self._cells, n_cells, EMPTY)
         standing = capsules_of(scenario.obstacles, scenario.arena.corners)
         self.obstacles = _widened(self.obstacles, len(standing), 0, axis=1)
         self.obstacles[first:last, : len(standing)] = standing
@@ -128,29 +129,17 @@ class EpuckWorld(World):
     def arrays(self) -> tuple[Array, ...]:
         """The arrays that the templates of a tick are handed."""
         own = self.robots, self.worlds, self.near, self._cells, self.obstacles
-        engine = () if self._compiled is None else self._compiled.arrays
-        return (*own, self.earned, self.faults, *engine)
+        return (*own, self.earned, self.faults, *self._physics.arrays)
 
     @property
     def functions(self) -> Mapping[str, Kernel]:
         """What `run_ticks` has free names for."""
-        move = nothing if self._compiled is None else self._compiled.move_world
-        return {**TICK, **self.task_functions, "move_world": move}
-
-    @property
-    def is_compiled(self) -> bool:
-        """Nothing outside compiled code moves the robots."""
-        return self._compiled is not None
-
-    @property
-    def _compiled(self) -> Physics | None:
-        """The engine, if it is compiled."""
-        return None if self._is_python else self._physics
+        return {**TICK, **self.task_functions, "move_world": self._physics.move_world}
 
     def move(self, first: int, last: int) -> None:
         """Let an engine in Python move the robots of the worlds first .. last - 1."""
-        if self._compiled is None:
-            engine = cast(PythonPhysics, self._physics)
+        if not self.is_compiled:
+            engine: Any = self._physics
             engine.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
 
     def snapshot(self) -> dict[str, Any]:
@@ -188,12 +177,6 @@ def max_neighbours(scenario: EpuckScenario) -> int:
     """Neighbours for which there is room: twice as many as discs can be without overlapping."""
     discs = ((reach_of(scenario) + scenario.robot.radius) / scenario.robot.radius) ** 2
     return min(max(1, scenario.task.n_robots - 1), 2 * math.ceil(discs) + 8)
-
-
-def number_of_cells(scenario: EpuckScenario) -> int:
-    """Cells of the grid over the arena."""
-    reach = reach_of(scenario)
-    return cells_of(scenario.arena.length, reach) * cells_of(scenario.arena.width, reach)
 
 
 def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:

@@ -155,7 +155,8 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
         for area in range(2):
             if is_asked(exchange, area, settings.estimator):
                 exchange.weight[area] = gain(exchange, area, settings.weighting)
-        apply_weights(action, exchange)
+        if action.weighting != KEEP:
+            exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]
         is_finite = is_finite and has_finite_weights(exchange)
         merge(mind, shared, settings.weighting.heard_p_share, settings.estimator)
         clear_exchange(exchange)
@@ -201,10 +202,3 @@ def has_finite_weights(exchange: Exchange) -> bool:
         if is_weighed(exchange, area) and not math.isfinite(exchange.weight[area]):
             return False
     return True
-
-
-@kernel
-def apply_weights(action: Action, exchange: Exchange) -> None:
-    """Replace the weights by an action."""
-    if action.weighting != KEEP:
-        exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]

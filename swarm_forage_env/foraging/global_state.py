@@ -92,7 +92,10 @@ class ForagingState(GlobalState):
 
     def of_robots(self) -> list[Array]:
         """The same numbers of all robots."""
-        robots, seen = self._world.robots, self._situations
+        robots = self._world.robots
+        seen = Situation.array(robots.shape)
+        if self._has_beliefs:
+            seen = self._controller.minds["estimator"]["situation"]
         known, ahead, left = seen["known"] != 0, *np.moveaxis(seen["areas"], 3, 0)
         c, s = np.moveaxis(robots["heading"], 2, 0)[..., None]
         away = np.stack([c * ahead - s * left, s * ahead + c * left], axis=3)
@@ -136,14 +139,6 @@ class ForagingState(GlobalState):
         """From the centre of the arena to its walls [m]."""
         arena = self._scenario.arena
         return {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
-
-    @property
-    def _situations(self) -> Array:
-        """What every robot believes; nothing where no hand-written estimator runs."""
-        if not self._has_beliefs:
-            return Situation.array(self._world.robots.shape)
-        situations: Array = self._controller.minds["estimator"]["situation"]
-        return situations
 
 
 FAULTS = tuple(

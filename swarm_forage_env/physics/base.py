@@ -14,9 +14,10 @@ class Physics:
     """Moves the robots of a block of worlds for one tick, before they are scored and sense.
 
     This one leaves that to the tick, which drives every robot as its wheels turn where an engine
-    leaves `has_moved` of a world alone. An engine with a method `move`, as `PythonPhysics` has it,
-    is in Python; any other is compiled. Robots may end up overlapping by a few millimetres: the
-    tick resolves contacts afterwards.
+    leaves `has_moved` of a world alone. An engine with a method `move(robots, worlds, near,
+    obstacles, first, last)` is in Python, and moves the robots of the worlds first .. last - 1 by
+    one tick: `near` holds the neighbours before it, `obstacles` the capsules of each world. Robots
+    may end up overlapping by a few millimetres: the tick resolves contacts afterwards.
     """
 
     def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
@@ -40,19 +41,6 @@ class Physics:
 
     def restore(self, kept: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above
         """Go on as when that snapshot was taken, under these scenarios."""
-
-
-class PythonPhysics(Physics):
-    """An engine in Python: ticks of its worlds run one by one, as it comes in between."""
-
-    def move(
-        self, robots: Array, worlds: Array, near: Array, obstacles: Array, first: int, last: int
-    ) -> None:
-        """Move the robots of the worlds first .. last - 1 by one tick.
-
-        `near` holds the neighbours before the move, `obstacles` the capsules of each world.
-        """
-        raise NotImplementedError
 
 
 ENGINES: Registry[Callable[[Sequence[EpuckScenario]], Physics]] = Registry("physics engine")

@@ -84,7 +84,9 @@ def recall(space: pymunk.Space, memory: ContactMemory) -> None:
     lib.cpSpaceSetTimestamp(space._space, stamp)
     lib.cpSpaceSetCurrentTimeStep(space._space, memory.last_step)
     contacts = [_add_contact(space, *each) for each in memory.contacts]
-    _empty_touching(space)
+    # to the list of bodies that touch all contacts were added, of those that had parted too
+    listed = Space.from_address(address_of(space._space)).touching
+    ctypes.c_int.from_address(listed).value = 0
     # Chipmunk looks at both once more when it frees the space, which is an older attribute
     space._recalled = pairs, contacts  # type: ignore[attr-defined]
 
@@ -183,15 +185,6 @@ def _link(memory: ContactMemory, leaves: list[Node]) -> "ctypes.Array[Pair]":
             thread = _thread_of(pairs[k], leaf)
             thread.previous, thread.next = before, after
     return pairs
-
-
-def _empty_touching(space: pymunk.Space) -> None:
-    """Take out of the list of bodies that touch what `cpSpaceAddCachedArbiter` enters there.
-
-    The next step would make TOUCHING of each of them, of those that had parted too.
-    """
-    listed = Space.from_address(address_of(space._space)).touching
-    ctypes.c_int.from_address(listed).value = 0
 
 
 def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, bytes]:  # noqa: ANN401 pymunk's

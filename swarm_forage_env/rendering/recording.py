@@ -10,12 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Int32, Int64
+from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Int64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scene import Scene
 
 CODES = 2**16
-
+SENDER_AND_RECEIVER = np.array([CODES, 1])
+"""What makes one number of both."""
 
 PLACE, BELIEVED, PATH, WHOLE = 0.001, 0.002, 0.005, 1.0
 """Steps of places where robots are and where they believe areas to be, of paths travelled and
@@ -84,7 +85,7 @@ class Recording:
                 " a recording holds one episode in order; start another for the next"
             )
         self._latest = scene
-        self._pending.append(_pairs(scene.messages))
+        self._pending.append(scene.messages @ SENDER_AND_RECEIVER)
         if self._scenes % self.every == 0:
             if len(self._times) >= self._max_frames:
                 self._thin()
@@ -139,11 +140,6 @@ class Recording:
 def _together(pairs: Sequence[Int64[Array, " pairs"]]) -> Int64[Array, " pairs"]:
     """Each pair once."""
     return pairs[0] if len(pairs) == 1 else np.unique(np.concatenate(pairs))
-
-
-def _pairs(messages: Int32[Array, "messages ends"]) -> Int64[Array, " pairs"]:
-    """Sender and receiver in one number."""
-    return np.asarray(messages @ np.array([CODES, 1]))
 
 
 def _steps(scene: Scene) -> dict[str, float]:

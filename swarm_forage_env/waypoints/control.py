@@ -12,7 +12,7 @@ from swarm_forage_env.interface import KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note
-from swarm_forage_env.waypoints.records import Action, Exchange, RobotState, Situation
+from swarm_forage_env.waypoints.records import Exchange, RobotState, Situation
 
 update_belief: Kernel
 describe: Kernel
@@ -49,7 +49,8 @@ def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> boo
     acceleration = robot.command.acceleration
     if action.motion == KEEP:
         steer(situation, robot.readings, acceleration, memory, settings.motion)
-    apply_acceleration(action, acceleration)
+    else:
+        acceleration[0], acceleration[1] = action.acceleration[0], action.acceleration[1]
     robot.command.claim = situation.has_arrived > 0.0
     if exchange.is_valid:
         if action.weighting == KEEP:
@@ -89,10 +90,3 @@ def are_finite(numbers: Float32[Array, " numbers"]) -> bool:
     for k in range(numbers.shape[0]):
         total += abs(numbers[k])
     return math.isfinite(total)
-
-
-@kernel
-def apply_acceleration(action: Action, acceleration: Float32[Array, "2"]) -> None:
-    """Replace the acceleration by an action."""
-    if action.motion != KEEP:
-        acceleration[0], acceleration[1] = action.acceleration[0], action.acceleration[1]
