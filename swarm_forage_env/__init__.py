@@ -19,17 +19,9 @@ if TYPE_CHECKING:
     from swarm_forage_env.scenarios import find_scenario
 
 __all__ = [
-    "ArrayEnv",
-    "ConfigError",
-    "ForagingWorld",
-    "OwnName",
-    "UnknownNameError",
-    "array_env",
-    "env",
-    "find_scenario",
-    "parallel_env",
-    "raw_env",
-]
+    "ArrayEnv", "ConfigError", "ForagingWorld", "OwnName", "UnknownNameError", "array_env", "env",
+    "find_scenario", "parallel_env", "raw_env",
+]  # fmt: skip
 
 _NAMES = {
     "envs.array_env": ("ArrayEnv", "array_env"),

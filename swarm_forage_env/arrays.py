@@ -12,19 +12,9 @@ from jaxtyping import Bool, Float32, Float64, Int8, Int32, Int64, UInt8, UInt64,
 from numpy import ndarray as Array  # noqa: N812 the word of jaxtyping
 
 __all__ = [
-    "NEST",
-    "PREY",
-    "Array",
-    "Bool",
-    "Float32",
-    "Float64",
-    "Int8",
-    "Int32",
-    "Int64",
-    "UInt8",
-    "UInt64",
-    "checked",
-]
+    "NEST", "PREY", "Array", "Bool", "Float32", "Float64", "Int8", "Int32", "Int64", "UInt8",
+    "UInt64", "checked",
+]  # fmt: skip
 
 NEST = 0
 """Index of the nest on the axis `areas`."""

@@ -5,6 +5,7 @@ Plain numbers in the world frame; no drawing library is needed to take them or t
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -133,6 +134,18 @@ class Localised:
         u = (c * x + s * y) / np.maximum(along, least)
         v = (c * y - s * x) / np.maximum(across, least)
         return np.asarray(np.hypot(u, v) <= WITHIN)
+
+
+def without_beliefs(n: int) -> dict[str, Any]:
+    """What a scene holds of n robots that believe, count and do nothing of their own."""
+    return {
+        "doing": np.zeros(n, np.int8),
+        "believed": np.zeros((n, 2, 2)),
+        "known": np.zeros((n, 2), np.bool_),
+        "p": np.zeros((n, 2), np.float32),
+        "round_trips": np.zeros(n, np.int32),
+        "on_path": 0.0,
+    }
 
 
 @checked

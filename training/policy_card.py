@@ -15,8 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.keywords import EnvOptions
-from swarm_forage_env.envs.made_with import made_with
-from swarm_forage_env.envs.make import EnvParts, checked_parts
+from swarm_forage_env.envs.make import EnvParts, checked_parts, made_with
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError

@@ -17,8 +17,7 @@ from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
 from swarm_forage_env.envs.keywords import Device, EnvOptions
-from swarm_forage_env.envs.made_with import made_with, name_and_changes, put_on
-from swarm_forage_env.envs.make import EnvParts, checked_parts
+from swarm_forage_env.envs.make import EnvParts, checked_parts, made_with, name_and_changes, put_on
 from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, added, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm

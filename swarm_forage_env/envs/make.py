@@ -1,15 +1,25 @@
-"""From keywords to parts: every API in this folder has its keywords read and checked here."""
+"""From keywords to parts: every API in this folder has its keywords read and checked here.
 
+And how an environment was made, as JSON on its space of observations. Trainers keep the spaces that
+they train on, as stable-baselines3 in `model.save("model.zip")`, whichever wrapper the environment
+was in: so a model can be run under the keywords of its training (`training.policy_card`).
+"""
+
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 
+from gymnasium.spaces import Box
+
 from swarm_forage_env.controllers import Controllers, find_controllers
-from swarm_forage_env.envs.config import EnvConfig, chosen_robots
+from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords, chosen_robots
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import ChecksScenarios, Controller, has_talk, is_everything
 from swarm_forage_env.mixed import members_of, with_members
 from swarm_forage_env.parameters import BaseScenario, leaves, resolve, validated
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import ScenarioSource, find_scenario
 from swarm_forage_env.task import Task, task_of
 
@@ -129,3 +139,47 @@ def _check_exchanges(config: EnvConfig) -> None:
         raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
     if not isinstance(config.reward, str):
         raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
+
+
+ON_SPACE = "policy_card"
+"""Attribute of an observation space that holds how the environment was made."""
+
+
+def made_with(parts: EnvParts, form: PolicyForm) -> str:
+    """Scenario, controller, keywords of the policy and what it observes, as JSON."""
+    keywords = {name: getattr(parts.config, name) for name in PolicyKeywords.model_fields}
+    keywords["observation"] = "+".join(_names(parts.config.observation))
+    told = {
+        "format": 2,
+        "scenario": parts.scenario.name,
+        "controller": name_and_changes(parts.controller),
+        "keywords": keywords,
+        "observes": form.observes,
+    }
+    return json.dumps(told)
+
+
+def put_on(space: Box, text: str) -> None:
+    """Let a space keep how the environment was made, when it is pickled too."""
+    setattr(space, ON_SPACE, text)
+
+
+def _names(observation: object) -> list[str]:
+    """Names of what is observed; for a class of the user's its module and name."""
+    listed = observation if isinstance(observation, list | tuple) else [observation]
+    return [each if isinstance(each, str) else _path(each) for each in listed]
+
+
+def _path(observation: object) -> str:
+    kind = observation if isinstance(observation, type) else type(observation)
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
+def name_and_changes(controller: Controller) -> str:
+    """A controller as its name and the parameters that differ from those of that name."""
+    name, own = controller.name, getattr(controller, "parameters", None)
+    if name not in CONTROLLERS or own is None:
+        return name
+    usual = CONTROLLERS[name].parameters
+    changes = [f"{k}={v}" for k, v in own.items() if usual.get(k) != v]
+    return f"{name}:{','.join(changes)}" if changes else name

@@ -3,29 +3,21 @@
 Nothing of the world is imported for it: entry points are text, and read by `make`.
 """
 
+import re
 from itertools import product
 from typing import Any
 
 import gymnasium
 
+_SIZES = ("05", "10", "25", "50")
+_SCENARIOS = (
+    "es1", "es2", "es3", "real", "ants2008", "es1-clean", "near", "two-prey", "moving-prey",
+    "two-nests", "aggregation", "mg1-square", "mg1-hexagon", "mg1-dodecagon",
+    *(f"waypoints-{size}{kind}" for kind in ("", "-authors") for size in _SIZES),
+)  # fmt: skip
+
 NAMES = {
-    "es1": "ES1",
-    "es2": "ES2",
-    "es3": "ES3",
-    "real": "Real",
-    "ants2008": "Ants2008",
-    "es1-clean": "ES1-Clean",
-    "near": "Near",
-    "two-prey": "Two-Prey",
-    "moving-prey": "Moving-Prey",
-    "two-nests": "Two-Nests",
-    "aggregation": "Aggregation",
-    **{f"mg1-{shape}": f"MG1-{shape.title()}" for shape in ("square", "hexagon", "dodecagon")},
-    **{f"waypoints-{size}": f"Waypoints-{size}" for size in ("05", "10", "25", "50")},
-    **{
-        f"waypoints-{size}-authors": f"Waypoints-{size}-Authors"
-        for size in ("05", "10", "25", "50")
-    },
+    each: re.sub("^(Es|Mg)", lambda start: start[0].upper(), each.title()) for each in _SCENARIOS
 }
 """Every scenario that has an id, and its name there."""
 

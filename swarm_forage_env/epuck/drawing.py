@@ -7,7 +7,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.world import EpuckWorld
-from swarm_forage_env.scene import Outline, Scene, Stage
+from swarm_forage_env.scene import Outline, Scene, Stage, without_beliefs
 
 DRIVING = ("driving", "", "", "", "")
 """What a robot without an estimator is doing, by the codes of `Scene.doing`."""
@@ -64,13 +64,5 @@ def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
 
 def scene(world: EpuckWorld, which: int, score: Int32[Array, " robots"], share: float) -> Scene:
     """One world of a block as it stands, with the score of each robot, and a share in [0, 1]."""
-    n = world.n_robots
-    return Scene(
-        doing=np.zeros(n, np.int8),
-        believed=np.zeros((n, 2, 2)),
-        known=np.zeros((n, 2), np.bool_),
-        p=np.zeros((n, 2), np.float32),
-        round_trips=score,
-        on_path=share,
-        **bodies(world, which),
-    )
+    counted = {"round_trips": score, "on_path": share}
+    return Scene(**without_beliefs(world.n_robots) | bodies(world, which) | counted)

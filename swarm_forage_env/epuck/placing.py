@@ -20,14 +20,7 @@ lanes: Kernel
 barrier: Kernel
 """Free names of the template."""
 
-SOURCES = (
-    NoiseSource.ENCODER,
-    NoiseSource.PROXIMITY,
-    NoiseSource.GROUND,
-    NoiseSource.LOSS,
-    NoiseSource.SLOT,
-    NoiseSource.RADIO,
-)
+SOURCES = tuple(map(NoiseSource, range(NoiseSource.ENCODER, NoiseSource.RADIO + 1)))
 """What each column of a robot's streams is for."""
 
 PLACE = int(NoiseSource.PLACE)

@@ -48,20 +48,15 @@ def slots(scenario: EpuckScenario) -> Mapping[str, int]:
     return {"slots": scenario.slots}
 
 
-_TURN = Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0)
-_DRIVES = (1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)
+def _drive(speed: str, command: Kernel) -> Steering:
+    turn = Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0)
+    choices = (1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)
+    return Steering(Layout((Feature("drive.speed", speed, -1.0, 1.0), turn)), choices, command)
+
 
 STEERINGS = {
-    "drive": Steering(
-        Layout((Feature("drive.speed", "-1 stands, 0 is the cruise speed", -1.0, 1.0), _TURN)),
-        choices=_DRIVES,
-        command=drive_to_wheels,
-    ),
-    "drive-v1": Steering(
-        Layout((Feature("drive.speed", "-1 stands, 1 is the cruise speed", -1.0, 1.0), _TURN)),
-        choices=_DRIVES,
-        command=drive_v1_to_wheels,
-    ),
+    "drive": _drive("-1 stands, 0 is the cruise speed", drive_to_wheels),
+    "drive-v1": _drive("-1 stands, 1 is the cruise speed", drive_v1_to_wheels),
     "wheels": Steering(
         layout_of(WHEELS, {}, None),
         choices=((1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (-1.0, 1.0), (1.0, -1.0)),

@@ -15,7 +15,16 @@ from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import rows
-from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY, Scene, Stage
+from swarm_forage_env.scene import (
+    EXPLORING,
+    LOST,
+    TALKING,
+    TO_THE_NEST,
+    TO_THE_PREY,
+    Scene,
+    Stage,
+    without_beliefs,
+)
 from swarm_forage_env.ticks import BEGINS, RUNS, Arrays, Modes, Trouble
 
 
@@ -42,24 +51,17 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
 def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     """One world of a block as it stands; without beliefs where no estimator keeps any."""
     robots, n = world.robots[which].view(np.recarray), world.n_robots
-    known, p = np.zeros((n, 2), np.bool_), np.zeros((n, 2), np.float32)
-    doing, believed = np.zeros(n, np.int8), np.zeros((n, 2, 2))
+    shown = without_beliefs(n) | bodies(world, which)
     if has_estimators(minds):
         situations = rows(minds["estimator"]["situation"][which])
-        known, p = situations.known != 0, situations.p.copy()
-        draw_robots(world.robots[which], situations, doing, believed)
+        shown |= {"known": situations.known != 0, "p": situations.p.copy()}
+        draw_robots(world.robots[which], situations, shown["doing"], shown["believed"])
     else:
-        doing[robots.leg == TO_NEST] = TO_THE_NEST
-        doing[robots.leg == TO_PREY] = TO_THE_PREY
-    return Scene(
-        doing=doing,
-        believed=believed,
-        known=known,
-        p=p,
-        round_trips=robots.round_trips.copy(),
-        on_path=float(knows_both_areas_now(robots.known, 1)[0]),
-        **bodies(world, which),
-    )
+        shown["doing"][robots.leg == TO_NEST] = TO_THE_NEST
+        shown["doing"][robots.leg == TO_PREY] = TO_THE_PREY
+    shown["round_trips"] = robots.round_trips.copy()
+    shown["on_path"] = float(knows_both_areas_now(robots.known, 1)[0])
+    return Scene(**shown)
 
 
 @kernel

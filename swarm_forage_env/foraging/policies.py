@@ -1,11 +1,13 @@
 """Policies in the foraging world: what each `learn=` observes, gives and replaces."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Action, Command, Heard, Readings
-from swarm_forage_env.epuck.task import STEERINGS, WHEELS, slots
+from swarm_forage_env.epuck.task import MOTION, STEERINGS, WHEELS, slots
 from swarm_forage_env.foraging.records import WORDS, Exchange, RobotState, Said, Situation
 from swarm_forage_env.observed_fields import FieldPath, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
@@ -80,29 +82,18 @@ def symbols() -> Float32[Array, "choices numbers"]:
     return said
 
 
+_STEERING = replace(MOTION, observes=_SITUATION, target="situation.target", walk=_WALK)
+
 LEARNABLE = {
     "weighting": PolicyInterface(_ENCOUNTER, _WEIGHTS, ("weighting",), slots, n_weights=2),
-    "motion": PolicyInterface(
-        _SITUATION,
-        WHEELS,
-        ("motion",),
-        slots,
-        decision_period=10,
-        can_correct=True,
-        is_steering=True,
-        target="situation.target",
-        walk=_WALK,
-    ),
-    "both": PolicyInterface(
-        _ENCOUNTER + _SITUATION,
-        _WEIGHTS + WHEELS,
-        ("weighting", "motion"),
-        slots,
+    "motion": _STEERING,
+    "both": replace(
+        _STEERING,
+        observes=_ENCOUNTER + _SITUATION,
+        gives=_WEIGHTS + WHEELS,
+        replaces=("weighting", "motion"),
+        decision_period=1,
         n_weights=2,
-        can_correct=True,
-        is_steering=True,
-        target="situation.target",
-        walk=_WALK,
     ),
     "everything": PolicyInterface(
         _RAW,

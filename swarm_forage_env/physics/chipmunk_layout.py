@@ -6,76 +6,52 @@ nothing here reads is named all the same, for its size.
 
 import ctypes
 
+POINTER, DOUBLE, UINT32 = ctypes.c_void_p, ctypes.c_double, ctypes.c_uint32
+
 
 class Space(ctypes.Structure):
     """A space: its clock, its lists and its two trees."""
 
     _fields_ = (
-        ("iterations", ctypes.c_int),
-        ("gravity", ctypes.c_double * 2),
-        ("damping", ctypes.c_double),
-        ("thresholds_of_sleep", ctypes.c_double * 2),
-        ("collision_slop", ctypes.c_double),
-        ("collision_bias", ctypes.c_double),
-        ("collision_persistence", ctypes.c_uint32),
-        ("user_data", ctypes.c_void_p),
-        ("stamp", ctypes.c_uint32),
-        ("last_step", ctypes.c_double),
-        ("bodies", ctypes.c_void_p * 4),
-        ("n_shapes_ever", ctypes.c_size_t),
-        ("walls", ctypes.c_void_p),
-        ("robots", ctypes.c_void_p),
-        ("constraints", ctypes.c_void_p),
-        ("touching", ctypes.c_void_p),
-    )
+        ("iterations", ctypes.c_int), ("gravity", DOUBLE * 2), ("damping", DOUBLE),
+        ("thresholds_of_sleep", DOUBLE * 2), ("collision_slop", DOUBLE), ("collision_bias", DOUBLE),
+        ("collision_persistence", UINT32), ("user_data", POINTER), ("stamp", UINT32),
+        ("last_step", DOUBLE), ("bodies", POINTER * 4), ("n_shapes_ever", ctypes.c_size_t),
+        ("walls", POINTER), ("robots", POINTER), ("constraints", POINTER), ("touching", POINTER),
+    )  # fmt: skip
 
 
 class Body(ctypes.Structure):
     """A body."""
 
     _fields_ = (
-        ("functions", ctypes.c_void_p * 2),
-        ("mass", ctypes.c_double * 2),
-        ("moment", ctypes.c_double * 2),
-        ("centre", ctypes.c_double * 2),
-        ("position", ctypes.c_double * 2),
-        ("velocity", ctypes.c_double * 2),
-        ("force", ctypes.c_double * 2),
-        ("angle", ctypes.c_double),
-        ("spin", ctypes.c_double),
-        ("torque", ctypes.c_double),
-        ("transform", ctypes.c_double * 6),
-        ("user_data", ctypes.c_void_p),
-        ("push", ctypes.c_double * 3),
-        ("space", ctypes.c_void_p),
-    )
+        ("functions", POINTER * 2), ("mass", DOUBLE * 2), ("moment", DOUBLE * 2),
+        ("centre", DOUBLE * 2), ("position", DOUBLE * 2), ("velocity", DOUBLE * 2),
+        ("force", DOUBLE * 2), ("angle", DOUBLE), ("spin", DOUBLE), ("torque", DOUBLE),
+        ("transform", DOUBLE * 6), ("user_data", POINTER), ("push", DOUBLE * 3), ("space", POINTER),
+    )  # fmt: skip
 
 
 class Tree(ctypes.Structure):
     """A tree in which the shapes that may touch another are looked for."""
 
     _fields_ = (
-        ("functions", ctypes.c_void_p * 2),
-        ("tree_of_walls", ctypes.c_void_p),
-        ("tree_of_robots", ctypes.c_void_p),
-        ("velocity_of", ctypes.c_void_p),
-        ("leaves", ctypes.c_void_p),
-        ("root", ctypes.c_void_p),
-        ("pools", ctypes.c_void_p * 3),
-        ("stamp", ctypes.c_uint32),
-    )
+        ("functions", POINTER * 2), ("tree_of_walls", POINTER), ("tree_of_robots", POINTER),
+        ("velocity_of", POINTER), ("leaves", POINTER), ("root", POINTER), ("pools", POINTER * 3),
+        ("stamp", UINT32),
+    )  # fmt: skip
 
 
 class Below(ctypes.Structure):
     """The end of a node without a shape."""
 
-    _fields_ = (("first", ctypes.c_void_p), ("second", ctypes.c_void_p))
+    _fields_ = (("first", POINTER), ("second", POINTER))
 
 
 class Leaf(ctypes.Structure):
     """The end of a node with a shape."""
 
-    _fields_ = (("stamp", ctypes.c_uint32), ("pairs", ctypes.c_void_p))
+    _fields_ = (("stamp", UINT32), ("pairs", POINTER))
 
 
 class Either(ctypes.Union):
@@ -89,20 +65,17 @@ class Node(ctypes.Structure):
 
     _anonymous_ = ("either",)
     _fields_ = (
-        ("shape", ctypes.c_void_p),
-        ("box", ctypes.c_double * 4),
-        ("parent", ctypes.c_void_p),
-        ("either", Either),
-    )
+        ("shape", POINTER), ("box", DOUBLE * 4), ("parent", POINTER), ("either", Either),
+    )  # fmt: skip
 
 
 class Thread(ctypes.Structure):
     """The place of a pair in the list of one of its leaves."""
 
-    _fields_ = (("previous", ctypes.c_void_p), ("leaf", ctypes.c_void_p), ("next", ctypes.c_void_p))
+    _fields_ = (("previous", POINTER), ("leaf", POINTER), ("next", POINTER))
 
 
 class Pair(ctypes.Structure):
     """Two leaves whose boxes overlap."""
 
-    _fields_ = (("a", Thread), ("b", Thread), ("id", ctypes.c_uint32))
+    _fields_ = (("a", Thread), ("b", Thread), ("id", UINT32))

@@ -3,21 +3,16 @@
 Source: Okabe and Ito, Color Universal Design (2008); white and black are from there, too.
 """
 
-from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY
+from swarm_forage_env.scene import EXPLORING
 
 Colour = tuple[int, int, int]
 
 BLUE, ORANGE, GREEN = (0, 114, 178), (230, 159, 0), (0, 158, 115)
 BLACK, WHITE, VERMILION = (0, 0, 0), (255, 255, 255), (213, 94, 0)
 
-DOING: dict[int, Colour] = {
-    EXPLORING: WHITE,
-    TO_THE_NEST: BLUE,
-    TO_THE_PREY: ORANGE,
-    LOST: BLACK,
-    TALKING: GREEN,
-}
-"""Body of a robot by what it is doing. Exploring is white: it has no goal to be coloured by."""
+DOING: dict[int, Colour] = dict(enumerate((WHITE, BLUE, ORANGE, BLACK, GREEN)))
+"""Body of a robot by what it is doing, as `scene.STATES`. Exploring is white: it has no goal to be
+coloured by."""
 
 AREA = (BLUE, ORANGE)
 """Nest and prey, in the colour of the robots that are on their way there."""

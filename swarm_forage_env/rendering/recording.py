@@ -32,28 +32,15 @@ POSE = {"x": PLACE, "y": PLACE, "heading": TURN, "doing": WHOLE}
 """What is recorded of each robot, as the page calls it, and in which steps."""
 
 FORAGING = {
-    "known": WHOLE,
-    "trips": WHOLE,
-    "nestX": BELIEVED,
-    "nestY": BELIEVED,
-    "nestP": PATH,
-    "preyX": BELIEVED,
-    "preyY": BELIEVED,
-    "preyP": PATH,
-}
+    "known": WHOLE, "trips": WHOLE, "nestX": BELIEVED, "nestY": BELIEVED, "nestP": PATH,
+    "preyX": BELIEVED, "preyY": BELIEVED, "preyP": PATH,
+}  # fmt: skip
 """Further columns of robots that forage; `known` is 1 for the nest plus 2 for the prey."""
 
 GOALS = {
-    "right": WHOLE,
-    "wrong": WHOLE,
-    "goalX": PLACE,
-    "goalY": PLACE,
-    "believedX": BELIEVED,
-    "believedY": BELIEVED,
-    "long": PATH,
-    "short": PATH,
-    "direction": TURN,
-}
+    "right": WHOLE, "wrong": WHOLE, "goalX": PLACE, "goalY": PLACE, "believedX": BELIEVED,
+    "believedY": BELIEVED, "long": PATH, "short": PATH, "direction": TURN,
+}  # fmt: skip
 """Further columns of robots that visit goals: claims, and the ellipse of an estimate."""
 
 FAULTY = {"faulty": WHOLE}

@@ -5,7 +5,16 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import rows
-from swarm_forage_env.scene import EXPLORING, STATES, TALKING, GoalField, Localised, Scene, Stage
+from swarm_forage_env.scene import (
+    EXPLORING,
+    STATES,
+    TALKING,
+    GoalField,
+    Localised,
+    Scene,
+    Stage,
+    without_beliefs,
+)
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
@@ -52,24 +61,15 @@ def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> Scene:
         belief = rows(minds["estimator"]["belief"][which])
         believed, ellipse = belief.pose[:, :2].copy(), ellipses(belief.P[:, :2, :2])
     receiver, sender = np.nonzero(seen)
-    return Scene(
-        time=float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
-        pose=pose,
-        doing=np.where(seen.any(axis=1), TALKING, EXPLORING).astype(np.int8),
-        believed=np.zeros((n, 2, 2)),
-        known=np.zeros((n, 2), np.bool_),
-        p=np.zeros((n, 2), np.float32),
-        messages=np.stack([sender, receiver], axis=1).astype(np.int32),
-        round_trips=np.zeros(n, np.int32),
-        on_path=0.0,
-        localised=Localised(
-            goal=robots.goal.copy(),
-            believed=believed,
-            ellipse=ellipse,
-            right=robots.right.copy(),
-            wrong=robots.wrong.copy(),
-        ),
-    )
+    goal, right, wrong = robots.goal.copy(), robots.right.copy(), robots.wrong.copy()
+    own = {
+        "doing": np.where(seen.any(axis=1), TALKING, EXPLORING).astype(np.int8),
+        "time": float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
+        "pose": pose,
+        "messages": np.stack([sender, receiver], axis=1).astype(np.int32),
+        "localised": Localised(goal, believed, ellipse, right, wrong),
+    }
+    return Scene(**without_beliefs(n) | own)
 
 
 def ellipses(covariance: Float64[Array, "robots 2 2"]) -> Float64[Array, "robots 3"]:

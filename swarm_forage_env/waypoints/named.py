@@ -30,16 +30,9 @@ for size in N_ROBOTS:
             n_robots=size, tolerance=AUTHORS_TOLERANCE, extra_ticks=AUTHORS_EXTRA_TICKS
         ),
     )
-    ORIGINS[ran.name] = dict.fromkeys(
-        (
-            "sensors.turn_noise",
-            "sensors.turn_bias",
-            "sensors.bearing_noise",
-            "task.tolerance",
-            "task.extra_ticks",
-        ),
-        "Runs behind the figures (code)",
-    )
+    sensors = (f"sensors.{name}" for name in sorted(AUTHORS_SENSORS.model_fields_set))
+    changed = *sensors, "task.tolerance", "task.extra_ticks"
+    ORIGINS[ran.name] = dict.fromkeys(changed, "Runs behind the figures (code)")
     abouts = "with the numbers of the paper of 2021", "with those of the code behind its figures"
     for scenario, how in zip((stated, ran), abouts, strict=True):
         SCENARIOS.register(scenario.name, f"robots visit goals, {how}")(scenario)

@@ -1,6 +1,7 @@
 """Policies in the waypoints world: what each `learn=` observes, gives and replaces."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,18 +90,17 @@ def symbols() -> Float32[Array, "choices numbers"]:
     return said.reshape(-1, 1 + WORDS)
 
 
+_MOTION = PolicyInterface(_SITUATION, _PULL, ("motion",), is_steering=True, target="situation.goal")
+
 LEARNABLE = {
     "weighting": PolicyInterface(_ENCOUNTER, _WEIGHT, ("weighting",), n_weights=1),
-    "motion": PolicyInterface(
-        _SITUATION, _PULL, ("motion",), is_steering=True, target="situation.goal"
-    ),
-    "both": PolicyInterface(
-        _ENCOUNTER + _SITUATION,
-        _WEIGHT + _PULL,
-        ("weighting", "motion"),
+    "motion": _MOTION,
+    "both": replace(
+        _MOTION,
+        observes=_ENCOUNTER + _SITUATION,
+        gives=_WEIGHT + _PULL,
+        replaces=("weighting", "motion"),
         n_weights=1,
-        is_steering=True,
-        target="situation.goal",
     ),
     "everything": PolicyInterface(
         _RAW,

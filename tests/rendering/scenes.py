@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from swarm_forage_env.scene import EXPLORING, Scene
+from swarm_forage_env.scene import Scene, without_beliefs
 
 OBSTACLES = [
     {"points": [[0.3, 0.25], [0.3, 0.45]], "radius": 0.02},
@@ -23,12 +23,6 @@ def scene_of(pose, **changes):
     usual = {
         "time": 60.0,
         "pose": np.array(pose, float),
-        "doing": np.full(n, EXPLORING, np.int8),
-        "believed": np.zeros((n, 2, 2)),
-        "known": np.zeros((n, 2), np.bool_),
-        "p": np.zeros((n, 2), np.float32),
         "messages": np.zeros((0, 2), np.int32),
-        "round_trips": np.zeros(n, np.int32),
-        "on_path": 0.0,
     }
-    return Scene(**usual | changes)
+    return Scene(**without_beliefs(n) | usual | changes)

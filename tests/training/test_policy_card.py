@@ -11,7 +11,7 @@ import pytest
 from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.envs import made_with
+from swarm_forage_env.envs import make
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenarios import find_scenario
@@ -43,7 +43,7 @@ HERE = f"{__name__}:Own"
      (Own, [HERE]), (Own(), [HERE])],
 )  # fmt: skip
 def test_an_observation_is_told_by_its_name_or_by_the_path_of_its_class(observation, names):
-    assert made_with._names(observation) == names
+    assert make._names(observation) == names
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_an_observation_is_told_by_its_name_or_by_the_path_of_its_class(observat
      ("ssgiff:beta=0.5,pause=3", "estimator.pause=3.0,weighting.beta=0.5")],
 )  # fmt: skip
 def test_a_controller_is_told_by_what_differs_from_its_name(asked, told):
-    name, _, changes = made_with.name_and_changes(find_controller(asked)).partition(":")
+    name, _, changes = make.name_and_changes(find_controller(asked)).partition(":")
     assert (name, sorted(changes.split(","))) == ("ssgiff", told.split(","))
 
 
