@@ -126,7 +126,6 @@ class Loop(WorldsOnCpu):
             self.controller.renumber(w, each)
 
     def _numbers_under(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> list[Any]:
-        """The numbers of the controllers of some worlds; ConfigError for what does not fit."""
         check_fit([self.world.scenarios[w] for w in which], scenarios)
         return [
             self.controller.numbers_in(w, scenario)
@@ -258,7 +257,6 @@ class Loop(WorldsOnCpu):
             raise trouble_in(self.world, self._name_of)
 
     def _name_of(self, w: int, robot: int) -> str:
-        """The name of the controller of a robot."""
         return str(members_of(self.controllers[w], self.world.n_robots)[robot].name)
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:

@@ -291,7 +291,6 @@ copy_of_robots = entry_point(copy_spans)
 
 
 def _bytes(records: Array) -> Bytes:
-    """Records as bytes."""
     return records.view(np.uint8).reshape(*records.shape, records.dtype.itemsize)
 
 
@@ -311,7 +310,6 @@ def _spans(
 
 
 def _common(dtypes: Sequence[np.dtype[Any]]) -> list[tuple[str, np.dtype[Any]]]:
-    """The fields that records have in common."""
     first, *others = dtypes
     return [
         (name, first[name])

@@ -109,7 +109,6 @@ def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, 
 
 
 def _drawn(word: Array, low: Number, high: Number) -> Number:
-    """One number, uniform from low to high, from a stream of its own."""
     u = float(draw_unit(word, 0))
     if isinstance(low, int) and isinstance(high, int):
         return min(low + math.floor(u * (high - low + 1)), high)

@@ -163,7 +163,6 @@ class RunningPolicy:
         self.minds[...] = kept
 
     def _said(self, shape: tuple[int, ...]) -> Array:
-        """Records of what is said, with room for all that a robot may hear."""
         return self._policy.said.array(shape, **self._policy.sizes(self._world.scenario))
 
     def check_on_gpu(self) -> None:

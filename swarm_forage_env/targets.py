@@ -177,7 +177,6 @@ def linked_for_web(text: str) -> bytes:
 
 
 def _without_host(text: str) -> str:
-    """LLVM's text without what it says of the machine on which it was made, and its C library."""
     for pattern, instead in _OF_HOST.items():
         text = re.sub(pattern, instead, text, flags=re.MULTILINE)
     return text

@@ -88,9 +88,9 @@ class World(ABC):
         self.move(first, last)
         self._tick_in(self.modes, first, last)
 
-    def sense_first(self, first: int = 0, last: int | None = None) -> None:
-        """Sense before the first tick, in the worlds first .. last - 1."""
-        self._tick_in(self.beginning, first, self.n_worlds if last is None else last)
+    def sense_first(self) -> None:
+        """Sense before the first tick."""
+        self._tick_in(self.beginning, 0, self.n_worlds)
 
     def _tick_in(self, modes: Modes, first: int, last: int) -> None:
         self._tick(self.arrays, (), modes, self.trouble, first, last, 1)

@@ -119,7 +119,6 @@ class ActionForm:
 
 
 def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steering | None:
-    """The chosen form of steering; None where a policy does not steer."""
     if config.residual and config.action in (None, "wheels"):
         return task.steerings["wheels"]
     if config.residual:

@@ -137,7 +137,6 @@ class Decisions:
         self.observing.restore(frames)
 
     def _note_potential(self, when: int) -> None:
-        """Write the potential of every robot before (0) or after (1) the ticks, if it counts."""
         if self._note is not None:
             at = self._worlds.arrays
             self._note(at["robots"], at["worlds"], self._potentials[when])

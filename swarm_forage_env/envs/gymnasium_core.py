@@ -26,7 +26,6 @@ class JointWorlds(ShownEnv):
     single_learner: ClassVar[bool] = False
 
     def _make(self, n_worlds: int, options: Mapping[str, Any]) -> None:
-        """Make the worlds under the keywords of `parallel_env`."""
         rest = dict(options)
         render_mode = rest.pop("render_mode", None)
         check_render_mode(render_mode)
@@ -111,7 +110,6 @@ class JointWorlds(ShownEnv):
             raise ResetNeeded("the episode has not begun: call reset() first")
 
     def _as_rows(self, actions: object) -> Array:
-        """A row for each learner; ConfigError for another shape."""
         env = self.array_env
         shape = (env.n_worlds, *self._action_shape)
         array = as_array(actions)

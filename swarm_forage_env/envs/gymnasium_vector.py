@@ -112,7 +112,6 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         self._screen.close()
 
     def _chosen(self, mask: object) -> list[int]:
-        """The worlds of a mask; ConfigError for one that does not fit."""
         if mask is None:
             return list(range(self.num_envs))
         chosen = np.asarray(mask)

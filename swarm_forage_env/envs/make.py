@@ -76,7 +76,6 @@ def _check_learns(config: EnvConfig, task: Task) -> None:
 
 
 def _check_shaping(weight: float, scenario: BaseScenario, task: Task) -> None:
-    """ConfigError for a weight of the potential under which a round trip would cost something."""
     most, why = 0.0, f"the task {task.name} has no potential"
     if task.potential is not None:
         most, why = task.potential.max_shaping(scenario)
@@ -165,7 +164,6 @@ def put_on(space: Box, text: str) -> None:
 
 
 def _names(observation: object) -> list[str]:
-    """Names of what is observed; for a class of the user's its module and name."""
     listed = observation if isinstance(observation, list | tuple) else [observation]
     return [each if isinstance(each, str) else _path(each) for each in listed]
 

@@ -95,7 +95,6 @@ def normalised(layout: Layout) -> Layout:
 
 
 def _unit_of(feature: Feature) -> str:
-    """What a normalised number is."""
     if feature.scale is not None:
         return f"x / (|x| + {feature.scale:g}), x in {feature.unit or '1'}"
     return feature.unit if feature.bound == 1.0 else f"of {feature.bound:.4g} {feature.unit}"

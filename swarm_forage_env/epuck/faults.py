@@ -50,7 +50,6 @@ class FaultKind(Parameters):
     @field_validator("robots", mode="before")
     @classmethod
     def _from_text(cls, robots: Any) -> Any:  # noqa: ANN401 whatever was given
-        """Numbers as they are written on a command line: `[0,3]`."""
         if not isinstance(robots, str):
             return robots
         listed = robots.strip().removeprefix("[").removesuffix("]")

@@ -114,7 +114,6 @@ class EpuckScenario(BaseScenario):
     @field_validator("obstacles", mode="before")
     @classmethod
     def _from_text(cls, obstacles: Any) -> Any:  # noqa: ANN401 whatever was given
-        """Obstacles as they are written on a command line, in JSON."""
         if not isinstance(obstacles, str):
             return obstacles
         try:

@@ -181,7 +181,6 @@ class SwarmState(GlobalState):
 
 
 def _take(world: EpuckWorld, minds: Array) -> Mapping[str, Array]:
-    """The columns of every robot as it stands."""
     x, y, heading = np.moveaxis(world.robots["pose"], 2, 0)
     heard, reward = world.robots["heard"]["n"], world.robots["reward"]
     return {"x": x, "y": y, "heading": heading, "messages": heard, "reward": reward}

@@ -135,7 +135,6 @@ class ForagingMeter:
         ]
 
     def _results_of_sound(self, w: int) -> dict[str, object]:
-        """The metrics of the robots without a fault of one world."""
         world = self._loop.world
         sound, n_ticks = world.robots[w][self._is_sound[w]], world.scenarios[w].n_ticks
         counts = {f"{name}_sound": each for name, each in _counts(sound, n_ticks).items()}
@@ -144,7 +143,6 @@ class ForagingMeter:
 
 
 def _counts(robots: Array, n_ticks: int) -> dict[str, object]:
-    """What is counted of some robots of a world."""
     on_path = None
     if len(robots):
         on_path = float(knows_both_areas_share(robots["path_ticks"], 1, n_ticks)[0])

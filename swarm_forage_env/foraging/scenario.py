@@ -88,7 +88,6 @@ class Scenario(EpuckScenario):
 
 
 def _check_two_areas(task: Task, arena: Arena) -> None:
-    """ValueError if the usual areas lie outside the arena or in the start circle."""
     farthest = arena.length - 2.0 * task.area_radius
     if task.area_distance > farthest + ROUNDING or 2.0 * task.area_radius > arena.width:
         raise ValueError(
@@ -105,7 +104,6 @@ def _check_two_areas(task: Task, arena: Arena) -> None:
 
 
 def _check_own_areas(task: Task, arena: Arena) -> None:
-    """ValueError if areas lie outside the arena, in each other or in the start circle."""
     for number, area in enumerate(task.areas):
         what = f"task.areas[{number}]: the {area.kind} area of radius {task.area_radius} m"
         for x, y in area.centres:

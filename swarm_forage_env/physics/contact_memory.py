@@ -128,7 +128,6 @@ def _leaves(space: pymunk.Space, tree: Tree, walls: Tree) -> list[Node]:
 
 
 def _walk(root: int) -> Iterator[Node]:
-    """All nodes of a tree, each before those below it."""
     ahead = [root]
     while ahead:
         node = Node.from_address(ahead.pop())

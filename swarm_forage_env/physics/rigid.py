@@ -110,7 +110,6 @@ def _connected(memory: Array) -> list[object]:
 
 
 def _argument(fields: BodyFields, floats: Array, numbers: Array) -> Any:  # noqa: ANN401 pymunk's
-    """An argument of pymunk: the fields of a body, and the list whose numbers they are."""
     argument = ffi.new("pmBatchedData *")
     argument.fields = fields.value
     argument.floatArray = ffi.cast("pmFloatArray *", floats.ctypes.data)

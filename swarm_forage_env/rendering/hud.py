@@ -76,7 +76,6 @@ class HeadUpDisplay:
         return [*counts, ("Robots", f"{self._stage.n_robots}")]
 
     def _draw_title(self, scene: Scene, aside: str) -> None:
-        """Write names to the left, cut before they touch the clock to the right."""
         layout, y = self._layout, self._layout.margin // 2
         clock = f"{clock_text(scene.time)} of {clock_text(self._stage.duration)}"
         clock = f"{aside}   {clock}" if aside else clock
@@ -96,7 +95,6 @@ class HeadUpDisplay:
         self._picture.fill(palette.INK, (left, y, round(share * length), height))
 
     def _draw_icons(self, icons: Mapping[str, Icon], line: int) -> None:
-        """Draw a line of the legend: shapes, each with its name beside it."""
         left, y, gap = float(self._layout.margin), self._below(line), 4.0 * self._layout.unit
         for name, draw in icons.items():
             width = (1.35 if name == MESSAGE else 0.9) * self._layout.text
@@ -124,7 +122,6 @@ class HeadUpDisplay:
         return size[0]
 
     def _words_on(self, scene: Scene, robot: int) -> str:
-        """What a robot does and believes."""
         is_faulty = scene.faulty is not None and scene.faulty[robot]
         doing = self._stage.states[scene.doing[robot]]
         words = [f"Robot {robot}: {doing}{', faulty' if is_faulty else ''}"]
@@ -161,7 +158,6 @@ class HeadUpDisplay:
     def _write(
         self, on: pygame.Surface, text: str, x: float, y: float, ink: Colour = palette.INK
     ) -> int:
-        """Write one line with its left edge at x; its width."""
         words = self._letters.line(text, ink)
         on.blit(words, (round(x), round(y) + (self._layout.line - words.get_height()) // 2))
         return words.get_width()
@@ -217,7 +213,6 @@ class TextRenderer:
         return round(self._font.size(text)[0] / FINENESS)
 
     def _line(self, text: str, ink: Colour) -> pygame.Surface:
-        """One line of text on nothing."""
         large = self._font.render(text, True, ink)
         size = self.width(text), round(large.get_height() / FINENESS)
         return pygame.transform.smoothscale(large, size)

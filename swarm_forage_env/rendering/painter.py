@@ -118,7 +118,6 @@ class Painter:
         return np.asarray((self.layout.pixels(places) + self._wall) * self._fine)
 
     def _empty_floor(self) -> pygame.Surface:
-        """Walls, floor, start circle, areas and obstacles."""
         stage = self._stage
         floor = pygame.Surface(self._canvas.get_size(), depth=32)
         floor.fill(palette.WALL)
@@ -184,7 +183,6 @@ class Painter:
             yield self._spot(np.zeros(2)), 6.0 * self._pixel, palette.FLOOR, "home"
 
     def _draw_trails(self, scene: Scene) -> None:
-        """Draw where each robot came from, paler the longer ago, in the colour of what it did."""
         places, doing = self._trails.trails()
         spots = self._spot(np.concatenate([places, scene.pose[None, :, :2]]))
         points, width = len(doing), self._width(1.3)
@@ -197,7 +195,6 @@ class Painter:
                 pygame.draw.line(self._canvas, inks[code], a, b, width)
 
     def _draw_beliefs(self, scene: Scene, robot: int) -> None:
-        """Draw where the robot believes each area to be, how sure it is, and how far off."""
         stage, believed = self._stage, self._spot(scene.believed[robot])
         for area, colour in enumerate(palette.AREA):
             if not scene.known[robot, area]:

@@ -125,18 +125,15 @@ class Recording:
 
 
 def _together(pairs: Sequence[Int64[Array, " pairs"]]) -> Int64[Array, " pairs"]:
-    """Each pair once."""
     return pairs[0] if len(pairs) == 1 else np.unique(np.concatenate(pairs))
 
 
 def _steps(scene: Scene) -> dict[str, float]:
-    """The columns of such scenes, and their steps."""
     own = FORAGING if scene.localised is None else GOALS
     return POSE | own | ({} if scene.faulty is None else FAULTY)
 
 
 def _row(scene: Scene) -> Float32[Array, "columns robots"]:
-    """The columns of a scene, in their order."""
     row = [*scene.pose.T, scene.doing]
     if scene.localised is not None:
         mine = scene.localised

@@ -52,7 +52,6 @@ class Trails:
             self._heard.popleft()
 
     def _take_claims(self, scene: Scene) -> None:
-        """Remember the claims that were judged since the last scene."""
         before = self._heard[-1] if self._heard else scene
         now, then = scene.localised, before.localised
         if now is None or then is None:

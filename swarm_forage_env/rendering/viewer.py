@@ -41,13 +41,10 @@ def check_render_mode(render_mode: object) -> None:
 class Viewer:
     """Shows the scenes of one stage: in a window ("human"), as frames ("rgb_array") or as text.
 
-    `width` is that of a picture [px]; the beliefs of robot `select` are drawn. Nothing is opened
-    before the first scene is drawn.
+    `width` is that of a picture [px]. Nothing is opened before the first scene is drawn.
     """
 
-    def __init__(
-        self, stage: Stage, mode: str, width: int | None = None, select: int | None = None
-    ) -> None:
+    def __init__(self, stage: Stage, mode: str, width: int | None = None) -> None:
         self.window: "Window | None" = None  # noqa: UP037 imported below
         self._stage, self._is_text = stage, mode == "ansi"
         if self._is_text:
@@ -57,11 +54,10 @@ class Viewer:
         from swarm_forage_env.rendering.window import Window
 
         if mode == "human":
-            self.window = Window(stage, width or WINDOW_WIDTH, select=select)
+            self.window = Window(stage, width or WINDOW_WIDTH)
             return
-        layout = Layout(stage, checked_size(width or FRAME_WIDTH), beliefs=select is not None)
-        self._painter = Painter(stage, layout)
-        self._show = Show(selected=select)
+        self._painter = Painter(stage, Layout(stage, checked_size(width or FRAME_WIDTH)))
+        self._show = Show()
 
     def draw(self, scene: Scene) -> UInt8[Array, "height width 3"] | str | None:
         """The frame of a scene, or its map; None where it went to the window, or that is closed."""
@@ -112,6 +108,5 @@ def text_of(stage: Stage, scene: Scene) -> str:
 
 
 def _cells(places: Float64[Array, "places 2"], half: Array, size: Array) -> tuple[Array, Array]:
-    """Row and column of each place; those beyond the arena at its rim."""
     cells = np.clip(((places / half + 1.0) / 2.0 * size).astype(np.int64), 0, size - 1)
     return cells[:, 1], cells[:, 0]

@@ -104,7 +104,6 @@ class Window:
         self.closed = True
 
     def _begin(self) -> None:
-        """Open the window unless it is open, and start the clock."""
         self._set_clock()
         if self._screen is not None:
             return
@@ -130,11 +129,9 @@ class Window:
             time.sleep(min(early, 1.0 / FPS))
 
     def _waits(self) -> bool:
-        """The user looks at this scene for as long as they like."""
         return self.paused and not self.closed and not self._one_step
 
     def _set_clock(self) -> None:
-        """Set the clock to the time of the scene that is seen."""
         if self._scene is not None:
             self._anchor = time.perf_counter(), self._scene.time
 
@@ -150,7 +147,6 @@ class Window:
         pygame.display.flip()
 
     def _answer(self) -> None:
-        """Do what keys and mouse ask for."""
         for event in pygame.event.get() if self._screen is not None else ():
             if event.type == pygame.QUIT:
                 self.close()
@@ -184,7 +180,6 @@ class Window:
         self._set_clock()
 
     def _select_next(self) -> None:
-        """The next robot, or the one before with shift held."""
         back = bool(pygame.key.get_mods() & pygame.KMOD_SHIFT)
         now, n = self.show_what.selected, self._stage.n_robots
         first = n - 1 if back else 0
@@ -198,7 +193,6 @@ class Window:
         shown[what] = not shown[what]
 
     def _select_at(self, spot: tuple[int, int]) -> None:
-        """The robot under the mouse, or none."""
         if self._scene is not None:
             places = self._layout.in_picture(self._scene.pose[:, :2])
             away = ((places - spot) ** 2).sum(axis=1) ** 0.5

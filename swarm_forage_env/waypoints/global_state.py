@@ -53,7 +53,6 @@ class WaypointsState(GlobalState):
         return np.stack([state.right, state.wrong, off], axis=1)
 
     def _believed(self) -> Float64[Array, "rows 2"] | None:
-        """Where the robots believe to be, if a hand-written estimator runs."""
         if not self._has_beliefs:
             return None
         return np.asarray(rows(self._controller.minds["estimator"]["belief"]).pose[:, :2])
