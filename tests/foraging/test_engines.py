@@ -1,10 +1,12 @@
 """Two engines, one swarm: rigid and kinematic agree in what an episode is judged by."""
 
 import numpy as np
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
 from swarm_forage_env.compiler import bind
+from swarm_forage_env.physics.base import ENGINES
+from swarm_forage_env.physics.kinematic import Kinematic
 from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
 from swarm_forage_env.physics.rigid import Rigid
 from swarm_forage_env.ticks import only, run_ticks
@@ -63,3 +65,19 @@ def test_rigid_moves_robots_as_pymunk_moves_bodies(running):
             assert_array_equal(engine._memory["read"][0, : world.n_robots], poses)
             touching += len(space._get_arbiters())
     assert touching > 50
+
+
+class Pushed(Kinematic):
+    """Moves every robot by a millimetre along x before each tick."""
+
+    def move(self, robots, worlds, near, obstacles, first, last):
+        robots["pose"][first:last, :, 0] += 0.001
+
+
+def test_an_engine_with_a_method_move_moves_the_robots_before_each_tick(running, monkeypatch):
+    monkeypatch.setitem(ENGINES._parts, "pushed", Pushed)
+    usual, pushed = (running("near", [0], name) for name in ("kinematic", "pushed"))
+    for loop in (usual, pushed):
+        loop.run(2)
+    away = pushed.world.robots["pose"] - usual.world.robots["pose"]
+    assert_allclose(away[0], np.tile([0.002, 0.0, 0.0], (5, 1)), atol=1e-9)
