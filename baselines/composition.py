@@ -51,8 +51,7 @@ Robots of one controller have the same object."""
 Composition = list[tuple[list[object], object]]
 """What each layer of a controller consists of, except numbers; or its rule in NumPy."""
 
-Members = Bool[Array, " robots"]
-"""A mask of the robots of a world."""
+Members = Bool[Array, " robots"]  # a mask of the robots of a world
 
 
 def settings_of(

@@ -49,18 +49,13 @@ class CompositionGroup:
     """Robots whose layers have the same functions."""
 
     members: Members
-    minds: Array
-    """The minds of their team, with their own memory of the motion."""
+    minds: Array  # the minds of their team, with their own memory of the motion
     settings: Array
-    functions: Mapping[str, Kernel]
-    """The functions of the free names in the templates of a tick."""
+    functions: Mapping[str, Kernel]  # the functions of the free names in the templates of a tick
     motion: MotionLayer
-    weigh: WeightingRule | None
-    """Their weighting, if it is written in NumPy."""
-    steer: MotionRule | None
-    """Their motion, if it is written in NumPy."""
-    is_last: bool
-    """The last group of their team: no other one is decided after it."""
+    weigh: WeightingRule | None  # their weighting, if it is written in NumPy
+    steer: MotionRule | None  # their motion, if it is written in NumPy
+    is_last: bool  # the last group of their team: no other one is decided after it
 
     @property
     def memories(self) -> Array:

@@ -176,8 +176,7 @@ def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
         exchange.own_visited[area] = belief.visited[area]
 
 
-COPIED_FROM = 0.5
-"""Least weight with which the place of an unknown area is copied."""
+COPIED_FROM = 0.5  # least weight with which the place of an unknown area is copied
 
 
 @kernel

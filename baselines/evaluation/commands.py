@@ -125,8 +125,7 @@ FIGURE_NAMES = (
 """Kinds of figures, by name, so that completion loads none."""
 
 
-PageStyleName = Literal["screen", "paper"]
-"""The page styles of figures."""
+PageStyleName = Literal["screen", "paper"]  # the page styles of figures
 
 
 def plot(  # noqa: PLR0913 the options of a command

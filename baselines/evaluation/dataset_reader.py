@@ -162,8 +162,7 @@ def _joined(parts: Sequence[EpisodeGroup]) -> EpisodeGroup:
     return replace(parts[0], episodes=episodes, asked=names.pop() if len(names) == 1 else "")
 
 
-TEXTS = ("settings", "overrides", "parameters")
-"""What tells configurations apart, as JSON text."""
+TEXTS = ("settings", "overrides", "parameters")  # what tells configurations apart, as JSON text
 
 
 def _files(source: str) -> list[Path]:

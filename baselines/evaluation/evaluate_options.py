@@ -31,10 +31,8 @@ class EvaluateOptions:
     controllers: Sequence[str]
     episodes: int = 30
     seed: int = 0
-    settings: Sequence[str] = ()
-    """Numbers of the scenario to change: `radio.max_range=0.2`."""
-    physics: str | None = None
-    """None: the one that its scenario goes with."""
+    settings: Sequence[str] = ()  # numbers of the scenario to change: `radio.max_range=0.2`
+    physics: str | None = None  # None: the one that its scenario goes with
 
     def plan(self, out: Path | str | None, trajectories: bool = False) -> Plan:
         """Plan the episodes: those found in a folder or at an address, and those to run.

@@ -29,14 +29,9 @@ from baselines.evaluation.statistics import Estimate
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.scene import Outline, Stage
 
-SHADES = "Blues"
-"""From white to dark: in print too, more is darker."""
-
-DARK = 0.6
-"""Share of the range from which a cell is so dark that its text is white."""
-
-CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)
-"""Weights that have a line on their map."""
+SHADES = "Blues"  # from white to dark: in print too, more is darker
+DARK = 0.6  # share of the range from which a cell is so dark that its text is white
+CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)  # weights that have a line on their map
 
 MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
 """Share of a map beside its frame without labels; where along their lines labels stand in turn."""
@@ -52,10 +47,8 @@ Table = Mapping[str, Mapping[str, Estimate | None]]
 class Density:
     """Robots per square metre in cells of the arena, mean over time."""
 
-    values: Float64[Array, "ys xs"]
-    """[1/m^2], from the lower left corner."""
-    stage: Stage
-    """The arena, and which controller moved the robots."""
+    values: Float64[Array, "ys xs"]  # [1/m^2], from the lower left corner
+    stage: Stage  # the arena, and which controller moved the robots
 
 
 def table_panels(
@@ -208,11 +201,8 @@ def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: s
 BODY = "#CFCFCF"
 """Colour of obstacles, and of what lies behind an outer wall."""
 
-DASHES = ("-", "--", ":", "-.")
-"""Outlines of areas, one for each name that there is."""
-
-ARC = 12
-"""Corners of half a circle."""
+DASHES = ("-", "--", ":", "-.")  # outlines of areas, one for each name that there is
+ARC = 12  # corners of half a circle
 
 
 def draw_arena(axes: Axes, stage: Stage) -> list[str]:

@@ -26,14 +26,9 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
-RESAMPLES = 1000
-"""Drawn for a band."""
-
-BANDS = "Means with 95 % bootstrap bands."
-"""What a caption says of them."""
-
-FEW = 6
-"""Up to this many values of x are numbered one by one."""
+RESAMPLES = 1000  # drawn for a band
+BANDS = "Means with 95 % bootstrap bands."  # what a caption says of them
+FEW = 6  # up to this many values of x are numbered one by one
 
 
 @dataclass(frozen=True)
@@ -46,12 +41,10 @@ class Means:
     high: Float64[Array, " points"]
     published: Float64[Array, " points"] | None = None
     """Means of a paper, drawn as crosses; NaN where there is none."""
-    is_level: bool = False
-    """The same at every x: drawn as a line in its band."""
+    is_level: bool = False  # the same at every x: drawn as a line in its band
 
 
-PANEL = 2.4
-"""Least breadth of a panel [inch]."""
+PANEL = 2.4  # least breadth of a panel [inch]
 
 
 def curve_panels(

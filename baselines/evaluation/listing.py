@@ -209,8 +209,7 @@ def _table(name: str, *headings: str) -> Table:
     return table
 
 
-NUMBERS = "robots", "time [s]", "score"
-"""Headings of columns of numbers."""
+NUMBERS = "robots", "time [s]", "score"  # headings of columns of numbers
 
 
 def _score(score: Score | None) -> str:

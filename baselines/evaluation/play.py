@@ -47,11 +47,8 @@ from swarm_forage_env.targets import linked_for_web, llvm_text_of, memory_of, ti
 from swarm_forage_env.task import stage_of
 from swarm_forage_env.ticks import BEGINS, begin_worlds, nothing
 
-MAX_CONTROLLERS = 2
-"""Swarms side by side."""
-
-FRAME = 1.0
-"""Time between two frames of a page [s]."""
+MAX_CONTROLLERS = 2  # swarms side by side
+FRAME = 1.0  # time between two frames of a page [s]
 
 ROBOTS, LIARS, OBSTACLES = "task.n_robots", "faults.liar.share", "obstacles"
 OF_SCENARIO = {
@@ -75,14 +72,9 @@ VALUES: Mapping[str, tuple[float, ...]] = {
 }
 """Values of others, among which the usual one is put."""
 
-RECORDED = 300.0
-"""How much of an episode is recorded beside [s]."""
-
-WIDER = 1.1
-"""A start circle that is too small for the robots is widened by this, again and again."""
-
-WALL = {"length": 0.2, "radius": 0.01}
-"""Of an obstacle between the start circle and an area [m]."""
+RECORDED = 300.0  # how much of an episode is recorded beside [s]
+WIDER = 1.1  # a start circle that is too small for the robots is widened by this, again and again
+WALL = {"length": 0.2, "radius": 0.01}  # of an obstacle between the start circle and an area [m]
 
 
 @dataclass(frozen=True)
@@ -90,10 +82,8 @@ class Choice:
     """A swarm with one thing changed, or none."""
 
     loop: Loop
-    pilot: Pilot | None = None
-    """The policy that acts for its robots."""
-    settings: tuple[str, ...] = ()
-    """What changes it, as `--set` takes it."""
+    pilot: Pilot | None = None  # the policy that acts for its robots
+    settings: tuple[str, ...] = ()  # what changes it, as `--set` takes it
 
 
 def write_playground(chosen: EvaluateOptions, file: Path) -> None:
@@ -327,8 +317,7 @@ OF_ROBOTS = (
 )  # fmt: skip
 """Arrays whose second axis is robots."""
 
-SAME = {"robot_words": "robots", "mind_words": "minds"}
-"""Arrays that lie where another does."""
+SAME = {"robot_words": "robots", "mind_words": "minds"}  # arrays that lie where another does
 
 
 def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:

@@ -30,14 +30,9 @@ MAX_ROWS = 300
 """Robots in a block for each thread, about: more rows hardly share Python's cost per tick any
 further."""
 
-WARM_UP_TICKS = 50
-"""Long enough for bodies to touch, which the engine `rigid` has a kernel for."""
-
-ROUNDS = 2
-"""Blocks for each worker, at least, so that all have work until near the end."""
-
-WRITERS = 16
-"""Files that this process writes at a time."""
+WARM_UP_TICKS = 50  # long enough for bodies to touch, which the engine `rigid` has a kernel for
+ROUNDS = 2  # blocks for each worker, at least, so that all have work until near the end
+WRITERS = 16  # files that this process writes at a time
 
 
 @dataclass(frozen=True)
@@ -231,8 +226,7 @@ def _keep(
     dataset.keep(configuration, episodes)
 
 
-NAMED = 20
-"""Files that a message names, at most."""
+NAMED = 20  # files that a message names, at most
 
 
 def run_with_progress(plan: Plan, backend: Backend) -> None:

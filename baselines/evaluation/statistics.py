@@ -17,17 +17,10 @@ from swarm_forage_env.arrays import Array, Float64
 
 Values = Float64[Array, "..."]
 
-CONFIDENCE = 0.95
-"""Of all intervals."""
-
-RESAMPLES = 9999
-"""Drawn for an interval."""
-
-RUN_RESAMPLES = 2000
-"""Of the runs of learners, drawn for an interval."""
-
-BATCH = 1000
-"""Resamples held in memory at a time."""
+CONFIDENCE = 0.95  # of all intervals
+RESAMPLES = 9999  # drawn for an interval
+RUN_RESAMPLES = 2000  # of the runs of learners, drawn for an interval
+BATCH = 1000  # resamples held in memory at a time
 
 
 @dataclass(frozen=True)

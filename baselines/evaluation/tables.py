@@ -21,10 +21,8 @@ from baselines.evaluation.statistics import Estimate, compare, mean_interval
 class FittingTable:
     """Columns of numbers beside the names of controllers, in as many tables as the width takes."""
 
-    head: str
-    """Heading of the names."""
-    names: Sequence[str]
-    """What each row is of."""
+    head: str  # heading of the names
+    names: Sequence[str]  # what each row is of
     columns: Mapping[str, Sequence[Text]]
     """Cells of each column by its heading, a cell for each name."""
 

@@ -39,26 +39,19 @@ def recorded(file: Path, replay: Replay, swarm: int) -> Iterator[Take]:
         replay.write(file)
 
 
-MAX_CONTROLLERS = 2
-"""Controllers that are shown side by side, at most."""
+MAX_CONTROLLERS = 2  # controllers that are shown side by side, at most
 
 
 @dataclass(frozen=True)
 class WatchOptions:
     """Options of the command `watch`: how an episode is shown."""
 
-    speed: float = 10.0
-    """Multiple of real time."""
-    size: int = 720
-    """Width of pictures [px]."""
-    select: int | None = None
-    """The robot whose beliefs are drawn."""
-    start: float = 0.0
-    """Time of the episode at which it begins to be shown [s]."""
-    seconds: float | None = None
-    """For how long, in the episode's time [s]; None: to its end."""
-    drive: int | None = None
-    """The robot that the user drives by the arrow keys, in a window."""
+    speed: float = 10.0  # multiple of real time
+    size: int = 720  # width of pictures [px]
+    select: int | None = None  # the robot whose beliefs are drawn
+    start: float = 0.0  # time of the episode at which it begins to be shown [s]
+    seconds: float | None = None  # for how long, in the episode's time [s]; None: to its end
+    drive: int | None = None  # the robot that the user drives by the arrow keys, in a window
     video: Path | None = None
     html: Path | None = None
     frame: Path | None = None

@@ -43,12 +43,9 @@ COMPILE = {
 class Weight:
     """What an exported controller takes [bytes]."""
 
-    code: int
-    """Machine code and its constants."""
-    data: int
-    """Numbers of the layers, as those of a network: constants too."""
-    ram: int
-    """What a robot keeps; its stack comes to this."""
+    code: int  # machine code and its constants
+    data: int  # numbers of the layers, as those of a network: constants too
+    ram: int  # what a robot keeps; its stack comes to this
 
     @property
     def flash(self) -> int:

@@ -37,14 +37,9 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
 """Files of each figure, by page style."""
 
-WIDEST = 1.5
-"""The colours of a heat map end at 2^1.5 times as many, and as few."""
-
-DARK = 0.9
-"""From here on the colours of a heat map are dark."""
-
-Against = tuple[Source, Source]
-"""A source, and the base that it is held against."""
+WIDEST = 1.5  # the colours of a heat map end at 2^1.5 times as many, and as few
+DARK = 0.9  # from here on the colours of a heat map are dark
+Against = tuple[Source, Source]  # a source, and the base that it is held against
 
 
 class PaperFigure(HasExperiments, Protocol):

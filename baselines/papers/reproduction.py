@@ -23,8 +23,7 @@ from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
 PROBE = 0.3  # computing time of a probe, and as much again to let the robots meet [s]
-ADAPTIVE = "adaptive"
-"""The number of episodes that is as many as decide each claim."""
+ADAPTIVE = "adaptive"  # the number of episodes that is as many as decide each claim
 
 BEAT = 20  # ticks between two looks at the clock
 

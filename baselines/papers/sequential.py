@@ -32,11 +32,8 @@ from baselines.evaluation.tables import markdown
 from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect
 from baselines.papers.experiments import Experiment, Results
 
-LOOKS = (30, 60, 120, 240, 400)
-"""Episodes of an experiment at each look."""
-
-ERROR = 0.05
-"""Probability that a claim is decided wrongly, at most."""
+LOOKS = (30, 60, 120, 240, 400)  # episodes of an experiment at each look
+ERROR = 0.05  # probability that a claim is decided wrongly, at most
 
 Decision = Literal["holds", "fails", "equivalent", "undecided"]
 
@@ -50,15 +47,12 @@ class Decided:
     """The decision on one claim: a row of the table."""
 
     claim: str
-    says: str
-    """Where the paper says that the effect lies."""
+    says: str  # where the paper says that the effect lies
     ours: float
     """The mean, or the ratio of the means, of the effect that decides; the least of several."""
     low: float
-    high: float
-    """Its interval; infinite where the mean of the base may be zero."""
-    n: int
-    """Episodes of each experiment."""
+    high: float  # its interval; infinite where the mean of the base may be zero
+    n: int  # episodes of each experiment
     resolved: float
     """Half of the 95 % interval that 30 unpaired episodes give, a share of the effect."""
     decision: Decision

@@ -18,19 +18,13 @@ from swarm_forage_env.scenarios import find_scenario
 
 CONTROLLER = "ssgikf"
 
-HELD = 20
-"""Ticks for which a random action is held, so that robots get about."""
+HELD = 20  # ticks for which a random action is held, so that robots get about
 
 ActionT = TypeVar("ActionT")
 
-Tick = Callable[[], object]
-"""A call that is timed: a tick of a block, or several."""
-
-Tell = Callable[[str], None]
-"""Receives the name of each measurement before it starts."""
-
-Measured = dict[str, Any]
-"""What was measured, as JSON holds it."""
+Tick = Callable[[], object]  # a call that is timed: a tick of a block, or several
+Tell = Callable[[str], None]  # receives the name of each measurement before it starts
+Measured = dict[str, Any]  # what was measured, as JSON holds it
 
 
 @dataclass(frozen=True)
@@ -40,12 +34,10 @@ class Case:
     name: str
     scenario: Scenario
     n_worlds: int = 1
-    is_spread: bool = False
-    """Robots are placed all over the arena, not in the start circle."""
+    is_spread: bool = False  # robots are placed all over the arena, not in the start circle
     warm_up: int = 3000
     """Ticks before the clock starts, in which robots spread, find the areas and talk."""
-    n_ticks: int = 1
-    """Ticks of a call that is timed."""
+    n_ticks: int = 1  # ticks of a call that is timed
 
     @property
     def rows(self) -> int:

@@ -27,14 +27,9 @@ from swarm_forage_env.scenarios import find_scenario
 N_WORLDS = {"es1": (1, 10, 100, 1_000, 10_000, 100_000), "es3": (1, 10, 100, 1_000)}
 """Numbers of worlds of each scenario that are timed."""
 
-QUICK_WORLDS = 1_000
-"""The most worlds of a quick run."""
-
-MAKING = 3e-4
-"""Time in which a CPU makes a world [s]: 0.28 ms beside an H200, 23 November 2026."""
-
-TICKS = 10
-"""Ticks of the GPU between two that the CPU waits for."""
+QUICK_WORLDS = 1_000  # the most worlds of a quick run
+MAKING = 3e-4  # time in which a CPU makes a world [s]: 0.28 ms beside an H200, 23 November 2026
+TICKS = 10  # ticks of the GPU between two that the CPU waits for
 
 
 def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
@@ -160,10 +155,8 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
 class Card(Protocol):
     """Attributes of a GPU, as numba reports them."""
 
-    MEMORY_CLOCK_RATE: int
-    """[kHz]"""
-    GLOBAL_MEMORY_BUS_WIDTH: int
-    """[bit]"""
+    MEMORY_CLOCK_RATE: int  # [kHz]
+    GLOBAL_MEMORY_BUS_WIDTH: int  # [bit]
 
 
 def card_bandwidth(device: Card) -> float | None:

@@ -77,8 +77,7 @@ SPEEDS = {
 """Least robot-steps per second of a case under each engine [10^6 / s]: of blocks of worlds, of the
 environment on arrays, and of PettingZoo's dictionaries."""
 
-GAIN_PER_THREAD = 0.9
-"""Least gain in speed that each thread brings: 1.8 of two."""
+GAIN_PER_THREAD = 0.9  # least gain in speed that each thread brings: 1.8 of two
 
 COST_RATIO = 1.5
 """Most that a robot among 10,000 may cost, against one among 100 at the same density."""
@@ -91,8 +90,7 @@ START_UP = {
 }
 """What is started, and the most that it may take [s]."""
 
-GROWTH = 1.0
-"""Most by which peak memory may grow in a long run [MB]: flat, but for the allocator."""
+GROWTH = 1.0  # most by which peak memory may grow in a long run [MB]: flat, but for the allocator
 
 
 def check(measured: Measured) -> list[Measured]:

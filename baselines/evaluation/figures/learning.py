@@ -12,8 +12,7 @@ from baselines.evaluation.figures.base import PlotOptions, figure
 from baselines.evaluation.line_plots import Means, curve_panels
 from swarm_forage_env.errors import ConfigError
 
-HOUR = 3600.0
-"""[s]."""
+HOUR = 3600.0  # [s]
 
 
 class _Entry(BaseModel):
