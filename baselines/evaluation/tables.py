@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, fields
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, Group
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from baselines.evaluation.episode import AnyEpisode, kind_of_episode, present_values
@@ -174,6 +174,15 @@ def _formatted(estimate: Estimate, between: str) -> tuple[str, str]:
     decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
     value, *ends = (f"{x:.{decimals}f}" for x in (estimate.value, *(estimate.interval or ())))
     return value, between.join(ends) or NOT_APPLICABLE
+
+
+def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str | Text]]) -> Table:
+    """A table for a terminal, whose cells are broken where they must."""
+    columns = (Column(Text(head), overflow="fold") for head in heads)
+    table = Table(*columns, box=None, padding=(0, 1, 0, 0))
+    for row in rows:
+        table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
+    return table
 
 
 def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -23,9 +23,8 @@ from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
 PROBE = 0.3  # computing time of a probe, and as much again to let the robots meet [s]
-ADAPTIVE = "adaptive"  # the number of episodes that is as many as decide each claim
-
 BEAT = 20  # ticks between two looks at the clock
+ADAPTIVE = "adaptive"  # the number of episodes that is as many as decide each claim
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:
@@ -37,14 +36,12 @@ def expected_seconds(plan: Plan, workers: int) -> float:
     speeds: dict[str, float] = {}
     total = 0.0
     for key, configuration in {each.key: each for each in plan.configurations}.items():
-        todo = len(plan.todo.get(key, ()))
-        if todo == 0:
-            continue
-        scenario = configuration.scenario
-        known = f"{scenario.name} {scenario.task.n_robots}"
-        if known not in speeds:
-            speeds[known] = seconds_per_tick(configuration)
-        total += todo * scenario.n_ticks * speeds[known]
+        if key in plan.todo:
+            scenario = configuration.scenario
+            known = f"{scenario.name} {scenario.task.n_robots}"
+            if known not in speeds:
+                speeds[known] = seconds_per_tick(configuration)
+            total += len(plan.todo[key]) * scenario.n_ticks * speeds[known]
     return total / workers
 
 
@@ -54,18 +51,12 @@ def seconds_per_tick(configuration: ExperimentConfig) -> float:
     n_worlds = worlds_in_a_block(configuration)
     scenario, controller = configuration.scenario, configuration.controller
     loop = Loop(scenario, controller, range(n_worlds), configuration.physics)
-    run_for(loop, PROBE)
-    ticks, seconds = run_for(loop, PROBE)
-    return seconds / ticks / n_worlds
-
-
-def run_for(loop: Loop, seconds: float) -> tuple[int, float]:
-    """Run a loop for about this computing time; return the ticks and the time they took [s]."""
-    ticks, begin = 0, time.perf_counter()
-    while (spent := time.perf_counter() - begin) < seconds:
-        loop.run(BEAT)
-        ticks += BEAT
-    return ticks, spent
+    for _ in range(2):  # the second counts
+        ticks, begin = 0, time.perf_counter()
+        while (spent := time.perf_counter() - begin) < PROBE:
+            loop.run(BEAT)
+            ticks += BEAT
+    return spent / ticks / n_worlds
 
 
 def format_duration(seconds: float) -> str:
