@@ -21,7 +21,7 @@ from baselines.evaluation.figure_page import (
     style_in_use,
 )
 from baselines.evaluation.plot_style import INK, MARKERS, SeriesStyle, styles_of
-from baselines.evaluation.statistics import CONFIDENCE
+from baselines.evaluation.statistics import middle
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
@@ -161,8 +161,7 @@ def mean_curve(x: Float64[Array, " points"], y: Float64[Array, "episodes points"
     n_episodes = len(y)
     draws = np.random.default_rng(0).integers(n_episodes, size=(RESAMPLES, n_episodes))
     weights = np.stack([np.bincount(draw, minlength=n_episodes) for draw in draws]) / n_episodes
-    tail = 50.0 * (1.0 - CONFIDENCE)
-    return Means(x, y.mean(axis=0), *np.percentile(weights @ y, [tail, 100.0 - tail], axis=0))
+    return Means(x, y.mean(axis=0), *middle(weights @ y))
 
 
 def path_over_time(episodes: Sequence[ForagingEpisode]) -> Means:

@@ -204,12 +204,9 @@ def _table(name: str, *headings: str) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0))
     table.add_column(Text(name), no_wrap=True)
     for heading in headings:
-        justify: JustifyMethod = "right" if heading in NUMBERS else "left"
+        justify: JustifyMethod = "right" if heading in ("robots", "time [s]", "score") else "left"
         table.add_column(Text(heading), overflow="fold", justify=justify)
     return table
-
-
-NUMBERS = "robots", "time [s]", "score"  # headings of columns of numbers
 
 
 def _score(score: Score | None) -> str:

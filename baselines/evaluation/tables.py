@@ -31,7 +31,8 @@ class FittingTable:
         widths = {heading: _width([Text(heading), *col]) for heading, col in self.columns.items()}
         names = [Text(name) for name in (self.head, *self.names)]
         if _width(names) + sum(widths.values()) > options.max_width:
-            names = [in_lines(name) for name in (self.head, *self.names)]
+            lines = (re.sub("([:,])", "\\1\n ", name.plain) for name in names)
+            names = [Text(name.replace("+", "\n +")) for name in lines]
         room = left = options.max_width - _width(names)
         parts: list[list[str]] = [[]]
         for heading, width in widths.items():
@@ -55,11 +56,6 @@ class FittingTable:
         return table
 
 
-def in_lines(name: str) -> Text:
-    """A controller's name, with its layers or parameters on lines below."""
-    return Text(re.sub("([:,])", "\\1\n ", name).replace("+", "\n +"))
-
-
 def _width(texts: Sequence[Text]) -> int:
     """Width of a column, with the space beside it."""
     return 1 + max(cell_len(line) for text in texts for line in text.plain.split("\n"))
@@ -69,12 +65,6 @@ NOT_APPLICABLE = "n/a"
 
 EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
 """Episodes by controller, the seeds in the same order for each."""
-
-
-def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]:
-    """Group episodes by controller, in the order of their first appearance."""
-    names = dict.fromkeys(episode.controller for episode in episodes)
-    return {name: [each for each in episodes if each.controller == name] for name in names}
 
 
 def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
@@ -101,7 +91,9 @@ def _without(left_out: Sequence[str], episode: AnyEpisode) -> dict[str, object]:
 
 def report(episodes: Sequence[AnyEpisode]) -> Group:
     """The tables of means and, for several controllers, of comparisons with the first."""
-    groups = by_controller(episodes)
+    groups: dict[str, list[AnyEpisode]] = {}
+    for episode in episodes:
+        groups.setdefault(episode.controller, []).append(episode)
     first = next(iter(groups.values()))
     head, kind = first[0], kind_of_episode(first[0])
     title = (
@@ -109,7 +101,7 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
         f" seeds {head.seed} to {first[-1].seed}"
     )
     always = [metric for metric in kind.columns if metric not in kind.sometimes]
-    others = [metric for metric in kind.columns if metric in kind.sometimes]
+    others = (metric for metric in kind.columns if metric in kind.sometimes)
     present = [metric for metric in others if present_values(episodes, metric)]
     parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
     if present:
