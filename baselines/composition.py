@@ -17,7 +17,6 @@ from swarm_forage_env.interface import (
     KernelNumbers,
     MotionLayer,
     WeightingLayer,
-    WeightingRule,
 )
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Rows, numbers_record, record_dtype
@@ -197,21 +196,12 @@ def layers_of(controller: LayerParts, scenario: BaseScenario) -> Layers:
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
     estimator.check_falsifiable(controller.name, scenario)
-    weighting = _weighting_layer(controller.weighting, scenario, estimator)
-    return estimator, weighting, _motion_layer(controller.motion, scenario)
-
-
-def _weighting_layer(
-    part: CompiledWeighting | WeightingRule, scenario: BaseScenario, estimator: EstimatorLayer
-) -> WeightingLayer:
-    if not isinstance(part, CompiledWeighting):
-        return WeightingLayer(no_gain, heard_p_share=part.heard_p_share)
-    layer = part.layer(scenario) or estimator.own_weighting
-    if layer is None:
+    rule, part = controller.weighting, controller.motion
+    if isinstance(rule, CompiledWeighting):
+        weighting = rule.layer(scenario) or estimator.own_weighting
+    else:
+        weighting = WeightingLayer(no_gain, heard_p_share=rule.heard_p_share)
+    if weighting is None:
         raise ConfigError("weighting 'filter': this estimator has no gain of its own; name a rule")
-    return layer
-
-
-def _motion_layer(part: object, scenario: BaseScenario) -> MotionLayer:
-    layer = part.layer(scenario) if isinstance(part, CompiledMotion) else None
-    return layer or MotionLayer(no_motion, {})
+    motion = part.layer(scenario) if isinstance(part, CompiledMotion) else None
+    return estimator, weighting, motion or MotionLayer(no_motion, {})
