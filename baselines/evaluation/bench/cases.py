@@ -67,10 +67,27 @@ class Case:
         """Ticks of the warm-up, a fifth of them for a quick run."""
         return self.warm_up // 5 if quick else self.warm_up
 
-    def _next_after_warm_up(self, steps: Iterator[None], quick: bool) -> Tick:
+    def _driven(
+        self,
+        reset: Callable[..., object],
+        step: Callable[[ActionT], object],
+        actions: Iterable[ActionT],
+        quick: bool,
+    ) -> Tick:
+        """The next step of an environment, whose actions are held, after the warm-up."""
+
+        def steps() -> Iterator[None]:
+            still = held(actions)
+            for seed in count():
+                reset(seed=seed)
+                for _ in range(self.scenario.n_ticks):
+                    step(next(still))
+                    yield
+
+        running = steps()
         for _ in range(self.n_warm_up(quick)):
-            next(steps)
-        return partial(next, steps)
+            next(running)
+        return partial(next, running)
 
 
 class EpisodeCase(Case):
@@ -97,16 +114,7 @@ class BatchCase(Case):
             physics=OwnName(physics), threads=threads, decision_period=1,
         )  # fmt: skip
         wheels = random_wheels(self.rows).reshape(-1, self.n_worlds, len(env.learners), 2)
-
-        def steps() -> Iterator[None]:
-            actions = held(wheels)
-            while True:
-                env.reset(0)
-                for _ in range(env.max_cycles):
-                    env.step(next(actions))
-                    yield
-
-        return self._next_after_warm_up(steps(), quick)
+        return self._driven(env.reset, env.step, wheels, quick)
 
 
 class DictionaryCase(Case):
@@ -122,16 +130,7 @@ class DictionaryCase(Case):
         )
         agents = env.possible_agents
         wheels = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
-
-        def steps() -> Iterator[None]:
-            actions = held(wheels)
-            for seed in count():
-                env.reset(seed=seed)
-                while env.agents:
-                    env.step(next(actions))
-                    yield
-
-        return self._next_after_warm_up(steps(), quick)
+        return self._driven(env.reset, env.step, wheels, quick)
 
 
 def held(actions: Iterable[ActionT]) -> Iterator[ActionT]:

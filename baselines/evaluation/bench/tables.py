@@ -1,7 +1,7 @@
 """The budgets of the benchmark, and the tables of its results for a terminal."""
 
 from rich.console import Group
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from baselines.evaluation.bench.cases import Measured
@@ -14,15 +14,16 @@ def report(measured: Measured) -> Group:
     hurried = " (quick: less exact)" if measured["quick"] else ""
     return Group(
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
-        _speeds(measured), _note(
+        _speeds(measured), Text(
             "arrays, dicts: through the environment on arrays, or PettingZoo's dictionaries;"
-            " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size."
+            " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size.",
+            "dim",
         ),
         Text("\nShare of a tick [%]", style="bold"),
         _stages(measured),
         Text("\nBudgets", style="bold"),
         _budgets(measured),
-        _note(f"Peak memory of this process {measured['peak_memory_mb']:.0f} MB; {machine}."),
+        Text(f"Peak memory of this process {measured['peak_memory_mb']:.0f} MB; {machine}.", "dim"),
     )  # fmt: skip
 
 
@@ -54,15 +55,8 @@ def _budgets(measured: Measured) -> Table:
 
 
 def _table(first: str, *others: str) -> Table:
-    table = Table(box=None, padding=(0, 1, 0, 0))
-    table.add_column(first)
-    for heading in others:
-        table.add_column(heading, justify="right")
-    return table
-
-
-def _note(text: str) -> Text:
-    return Text(text, style="dim")
+    columns = (Column(heading, justify="right") for heading in others)
+    return Table(first, *columns, box=None, padding=(0, 1, 0, 0))
 
 
 MILLION = 1e6
