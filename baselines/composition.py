@@ -76,7 +76,6 @@ def settings_of(
 
 
 def _write(out: Array, row: Row, parts: Sequence[str], members: Members) -> None:
-    """Write the numbers of every robot of worlds with the same layers."""
     for layers in {id(each): each for each in row if each is not None}.values():
         whose = np.array([each is layers for each in row])
         for part, numbers in _numbers_of(layers, parts):

@@ -243,7 +243,6 @@ class RunningLayers:
         return [self._settings, *(group.settings for group in self._groups)]
 
     def _allocate(self, row: Row) -> None:
-        """Make the records of every robot, with room for the largest memory of a motion."""
         n_worlds, n_robots = self.world.n_worlds, self.world.n_robots
         memories = [layers[2].memory.dtype(robots=n_robots) for layers in row if layers]
         mind = [

@@ -152,7 +152,6 @@ def _draw_boxes(
     width: float,
     layout: _Layout,
 ) -> None:
-    """Draw boxes of these samples at these places, and the sizes of samples unlike the others."""
     scale = style_in_use().scale
     highest = max(max(values, default=0.0) for values, _, _ in boxes)
     drawn = axes.boxplot(

@@ -198,7 +198,6 @@ def draw_caption(figure: Figure) -> None:
 
 
 def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"]) -> None:
-    """Draw words below the panels in as many lines as they need."""
     size = style_in_use().points(NOTE)
     letters = int(0.95 * figure.get_figwidth() / (0.95 * LETTER * size))
     wrapped = textwrap.fill(text, letters, break_on_hyphens=False)

@@ -141,7 +141,12 @@ def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
             maps[row][name], origin="lower", cmap=SHADES, vmin=0.0, vmax=1.0,
             extent=(0.0, longest, 0.0, longest),
         )  # fmt: skip
-        _draw_contours(axes, maps[row][name], longest)
+        paths = np.linspace(0.0, longest, len(maps[row][name]))
+        lines = axes.contour(
+            paths, paths, maps[row][name], CONTOURS, colors=INK, linewidths=0.8 * style.scale
+        )
+        places = _label_places(lines.allsegs, longest)
+        axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g", manual=places)
         _finish_map(axes, f"{name}\n{row}", name, ("own path [m]", "heard path [m]"))
     words = "g, weight of the heard estimate\n(0 keeps one's own, 1 takes the heard one)"
     _draw_bar(figure, image, all_axes, words)
@@ -159,13 +164,6 @@ def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigur
     if style.is_narrow:
         figure.set_figheight(figure.get_figheight() + style.scale * BAR)
     return figure, panels
-
-
-def _draw_contours(axes: Axes, weights: Float64[Array, "heard own"], longest: float) -> None:
-    style, paths = style_in_use(), np.linspace(0.0, longest, len(weights))
-    lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.8 * style.scale)
-    places = _label_places(lines.allsegs, longest)
-    axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g", manual=places)
 
 
 def _label_places(
@@ -231,7 +229,6 @@ def draw_arena(axes: Axes, stage: Stage) -> list[str]:
 
 
 def _draw_area(axes: Axes, centre: Sequence[float], radius: float, dashes: str) -> None:
-    """Draw a circle that is seen on light and on dark."""
     width = style_in_use().points(1.4)
     x, y = map(float, centre)
     axes.add_patch(Circle((x, y), radius, fill=False, color="white", lw=2.4 * width))

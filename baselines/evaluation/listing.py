@@ -114,7 +114,6 @@ def grouped_parameters(listed: Listed) -> Iterator[tuple[str, str, list[Paramete
 
 
 def _parts(whole: Parameters, prefix: str = "") -> Iterator[tuple[str, Parameters]]:
-    """The parts of a scenario and their parts, by dotted name."""
     for name, value in whole:
         if isinstance(value, Parameters):
             yield prefix + name, value

@@ -156,7 +156,6 @@ def _changes(configuration: ExperimentConfig) -> Iterator[tuple[tuple[str, float
 
 
 def _number(configuration: ExperimentConfig, name: str) -> float | None:
-    """The number of that name; None where there is none."""
     if name == OBSTACLES:
         return None if configuration.scenario.obstacles else 0
     known = leaves(configuration.scenario.model_dump()) | configuration.controller.parameters
@@ -182,7 +181,6 @@ def _settings(
 
 
 def _wall(scenario: Scenario, side: int) -> dict[str, object]:
-    """A wall half way between the start circle and the area of a side."""
     nearest, farthest = scenario.task.start_radius, 0.5 * scenario.task.area_distance
     x = round(side * 0.5 * (nearest + farthest - scenario.task.area_radius), 3)
     half = 0.5 * WALL["length"]
@@ -246,7 +244,6 @@ def _slider(
 
 
 def _words(name: str, value: float) -> str:
-    """A value as the page shows it."""
     if name == OBSTACLES:
         return "two walls" if value else "none"
     unit = WORDS[name][1]
@@ -368,7 +365,6 @@ def _form(loop: Loop) -> PolicyForm:
 
 
 def _gpu_task(loop: Loop) -> GpuTask:
-    """How worlds are begun by compiled code."""
     assert loop.task.gpu is not None, "robots that forage run on a GPU"
     return loop.task.gpu
 
@@ -408,7 +404,6 @@ def _place(name: str, array: Array, usual: Loop) -> ArrayPlace:
 
 
 def _axes_of_robots(name: str, array: Array) -> tuple[int, ...]:
-    """The axes of an array that are robots."""
     if name in ("pilot_states", "pilot_robots"):
         return (0,)
     if name == "shared" and array.ndim > 3:

@@ -57,7 +57,6 @@ class FittingTable:
 
 
 def _width(texts: Sequence[Text]) -> int:
-    """Width of a column, with the space beside it."""
     return 1 + max(cell_len(line) for text in texts for line in text.plain.split("\n"))
 
 

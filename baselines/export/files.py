@@ -175,7 +175,6 @@ def _data(exported: ExportedRobot, data: Mapping[str, Array]) -> str:
 
 
 def _code_size(content: bytes) -> int:
-    """The bytes of code and constants in object code."""
     sections = object_file.ObjectFileRef.from_data(content).sections()
     wanted = b".text", b".rodata", b".data", b"CODE", b"DATA"
     return sum(each.size() for each in sections if (each.name() or b"").startswith(wanted))

@@ -29,11 +29,10 @@ from baselines.papers.open_search import (
     Measured,
     chance,
     distance,
-    draws_in,
-    episodes_in,
     load,
     measure,
     numbers_of,
+    sets_of,
 )
 from baselines.papers.paper import PAPERS
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
@@ -122,8 +121,7 @@ class Sets:
 
 def sets_in(file: Path) -> Sets:
     """Judge the sets of a file."""
-    table = load(file)
-    draws, episodes = draws_in(table), episodes_in(table)
+    draws, episodes = sets_of(load(file))
     prior = np.random.default_rng(0).random((N_PRIOR, len(PRIOR)))
     es1, es2 = (chance(prior, draws, episodes, arena) for arena in ARENAS)
     numbers = {a: np.array([numbers_of(each, a) for each in episodes]) for a in ARENAS}

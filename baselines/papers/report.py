@@ -88,7 +88,6 @@ is {ERROR:.0%} at most, by Bonferroni's bound over {len(LOOKS)} looks
 
 
 def _decided(decided: Sequence[Decided]) -> str:
-    """The section of decisions; nothing without any."""
     if not decided:
         return ""
     return f"{DECIDED}\n\n{count(decided)}.\n\n{decided_markdown(decided)}\n\n"
@@ -120,5 +119,4 @@ def _cells(result: ClaimResult) -> tuple[str, str, str, str, str, str]:
 
 
 def _number(value: float) -> str:
-    """Format a number with three digits; whole numbers whole."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"

@@ -60,15 +60,7 @@ def seconds_per_tick(configuration: ExperimentConfig) -> float:
 
 
 def format_duration(seconds: float) -> str:
-    """Format a duration for a reader.
-
-    >>> format_duration(5400.0)
-    '1.5 h'
-    >>> format_duration(90.0)
-    '2 min'
-    >>> format_duration(4.0)
-    '4 s'
-    """
+    """Format a duration for a reader: 1.5 h, 2 min or 4 s."""
     if seconds >= 3600.0:
         return f"{seconds / 3600.0:.1f} h"
     return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
@@ -137,7 +129,6 @@ class Reproduction:
         self.decided = decide_all(self.paper.claims, run)
 
     def _plan(self, experiments: Sequence[Experiment], n: int) -> Plan:
-        """The episodes of some experiments under the first n seeds."""
         of = self.options
         configurations = [each.configuration(of.physics, of.settings) for each in experiments]
         return Plan(configurations, seeds_from(of.seed, n), self._dataset)

@@ -90,7 +90,6 @@ def _evaluated(options: PlotOptions) -> dict[str, Job]:
 
 
 def _asked(options: PlotOptions) -> dict[str, Job]:
-    """The episodes that SCENARIO CONTROLLER... name, by title."""
     scenario, *controllers = options.sources
     if not controllers or {"scenario", "controller"} & options.choices.keys():
         raise ConfigError(
