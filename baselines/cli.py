@@ -11,14 +11,14 @@ from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
-from typer import Argument, Option
+from typer import Argument, Context, Option
+from typer.core import TyperArgument, TyperOption
 
 from baselines.evaluation.commands import evaluate, play, watch
 from baselines.evaluation.commands import plot as plot_figure
 from baselines.evaluation.common_options import any_name
 from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
 from baselines.export.command import export
-from baselines.help_texts import name_values
 from baselines.new.command import new
 from baselines.papers.commands_reproduce import reproduce
 
@@ -45,12 +45,29 @@ class _ToStderr(logging.Handler):
         say(record.getMessage())
 
 
+VALUES = {"int": "N", "int range": "N", "float": "X", "str": "NAME", "Path": "PATH", "bool": ""}
+"""What stands for a value of each type in help, as manuals have it; a switch has none."""
+
+
+def value_in_help(parameter: TyperArgument | TyperOption, ctx: Context) -> str:
+    """What help shows beside the name of an argument or option: its choices, or what it takes."""
+    is_option = isinstance(parameter, TyperOption)
+    if is_option and parameter.metavar is not None:
+        return parameter.metavar
+    shown = parameter.display_type(ctx)
+    kind = shown.strip("<>").removeprefix("list[").removesuffix("]")
+    if kind not in VALUES:
+        return shown
+    return VALUES[kind] if is_option else ""
+
+
 def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> int:
     """Run one command and return its exit status; an error becomes one line on stderr."""
     logger = logging.getLogger("swarm-forage")
     if not logger.handlers:
         logger.addHandler(_ToStderr())
-    name_values(commands)
+    for kind in (TyperArgument, TyperOption):
+        kind.display_type_rich = value_in_help  # type: ignore[method-assign,assignment]
     program = commands.info.name
     try:
         with old_names_told():

@@ -17,7 +17,6 @@ from swarm_forage_env.interface import (
     KernelNumbers,
     MotionLayer,
     WeightingLayer,
-    WeightingRule,
 )
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Rows, numbers_record, record_dtype
@@ -51,8 +50,7 @@ Robots of one controller have the same object."""
 Composition = list[tuple[list[object], object]]
 """What each layer of a controller consists of, except numbers; or its rule in NumPy."""
 
-Members = Bool[Array, " robots"]
-"""A mask of the robots of a world."""
+Members = Bool[Array, " robots"]  # a mask of the robots of a world
 
 
 def settings_of(
@@ -78,7 +76,6 @@ def settings_of(
 
 
 def _write(out: Array, row: Row, parts: Sequence[str], members: Members) -> None:
-    """Write the numbers of every robot of worlds with the same layers."""
     for layers in {id(each): each for each in row if each is not None}.values():
         whose = np.array([each is layers for each in row])
         for part, numbers in _numbers_of(layers, parts):
@@ -198,21 +195,12 @@ def layers_of(controller: LayerParts, scenario: BaseScenario) -> Layers:
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
     estimator.check_falsifiable(controller.name, scenario)
-    weighting = _weighting_layer(controller.weighting, scenario, estimator)
-    return estimator, weighting, _motion_layer(controller.motion, scenario)
-
-
-def _weighting_layer(
-    part: CompiledWeighting | WeightingRule, scenario: BaseScenario, estimator: EstimatorLayer
-) -> WeightingLayer:
-    if not isinstance(part, CompiledWeighting):
-        return WeightingLayer(no_gain, heard_p_share=part.heard_p_share)
-    layer = part.layer(scenario) or estimator.own_weighting
-    if layer is None:
+    rule, part = controller.weighting, controller.motion
+    if isinstance(rule, CompiledWeighting):
+        weighting = rule.layer(scenario) or estimator.own_weighting
+    else:
+        weighting = WeightingLayer(no_gain, heard_p_share=rule.heard_p_share)
+    if weighting is None:
         raise ConfigError("weighting 'filter': this estimator has no gain of its own; name a rule")
-    return layer
-
-
-def _motion_layer(part: object, scenario: BaseScenario) -> MotionLayer:
-    layer = part.layer(scenario) if isinstance(part, CompiledMotion) else None
-    return layer or MotionLayer(no_motion, {})
+    motion = part.layer(scenario) if isinstance(part, CompiledMotion) else None
+    return estimator, weighting, motion or MotionLayer(no_motion, {})

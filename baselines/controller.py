@@ -90,7 +90,6 @@ class LayeredController(LayerParts):
         return replace(changed, **parts)
 
     def _with_layers(self, names: Mapping[str, str]) -> "LayeredController":
-        """The same controller with other registered parts for some layers."""
         parts: dict[str, Any] = {}
         for layer, name in names.items():
             part, old = REGISTRIES[layer][name], self.layers[layer].model_dump()

@@ -7,7 +7,7 @@ decides for them. All robots of one controller are a team of one group.
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -31,7 +31,6 @@ from swarm_forage_env.interface import (
     RULE,
     CompiledLayers,
     Kernel,
-    MotionLayer,
     MotionRule,
     WeightingRule,
 )
@@ -43,23 +42,42 @@ from swarm_forage_env.task import World, task_of
 from swarm_forage_env.ticks import joined, nothing
 
 
-@dataclass
 class CompositionGroup:
     """Robots whose layers have the same functions."""
 
-    members: Members
-    minds: Array
-    """The minds of their team, with their own memory of the motion."""
-    settings: Array
-    functions: Mapping[str, Kernel]
-    """The functions of the free names in the templates of a tick."""
-    motion: MotionLayer
-    weigh: WeightingRule | None
-    """Their weighting, if it is written in NumPy."""
-    steer: MotionRule | None
-    """Their motion, if it is written in NumPy."""
-    is_last: bool
-    """The last group of their team: no other one is decided after it."""
+    def __init__(
+        self,
+        running: "RunningLayers",
+        robot_layers: Sequence[Row],
+        members: Members,
+        is_last: bool,
+        seeds: Sequence[int],
+    ) -> None:
+        """`is_last`: no other group of their team is decided after it."""
+        world, leader = running.world, int(np.argmax(members))
+        controller = running.controllers[0][leader]
+        _, weighting, motion = robot_layers[0][leader]
+        self.members, self.motion, self.is_last = members, motion, is_last
+        self.minds = with_memory(running.minds, motion.memory.dtype(robots=len(members)))
+        self.settings = settings_of(robot_layers, LAYERS, members, is_last)
+        self.functions: Mapping[str, Kernel] = {
+            **running.estimator.kernels,
+            **motion.kernels,
+            "gain": weighting.gain,
+            "steer": motion.steer,
+            "observe_world": running.estimator.observe,
+            "decide_world": task_of(world.scenario).decide,
+            "set_stream": set_stream if "stream" in motion.memory.fields else set_no_stream,
+        }
+        self.steer: MotionRule | None = None  # their motion, if it is written in NumPy
+        if is_numpy_motion(motion):
+            self.steer = controller.motion.start(world.scenario, seeds)
+        rule = controller.weighting
+        if isinstance(rule, KnowingWeighting):
+            rule = rule.start_knowing(running, world)
+        self.weigh: WeightingRule | None = rule  # their weighting, if it is written in NumPy
+        if isinstance(rule, CompiledWeighting):
+            self.weigh = None
 
     @property
     def memories(self) -> Array:
@@ -102,8 +120,8 @@ class RunningLayers:
 
         A robot's controller differs from world to world in its numbers only.
         """
-        self._world, self._task = world, task_of(world.scenario)
-        self._controllers = controllers
+        self.world, self._task = world, task_of(world.scenario)
+        self.controllers = controllers
         robot_layers = layers_by_robot(controllers, world.scenarios)
         check_alike(controllers, robot_layers)
         groups = groups_of(controllers[0], robot_layers[0])
@@ -114,7 +132,7 @@ class RunningLayers:
         team: Members = np.any(groups, axis=0)
         self._settings = settings_of(robot_layers, ("estimator",), team)
         self._groups = [
-            self._group(controllers[0], robot_layers, members, members is groups[-1], seeds)
+            CompositionGroup(self, robot_layers, members, members is groups[-1], seeds)
             for members in groups
         ]
 
@@ -126,7 +144,7 @@ class RunningLayers:
     @property
     def compiled(self) -> CompiledLayers:
         """All that it does between two cuts; the groups decide one after the other."""
-        n_robots = self._world.n_robots
+        n_robots = self.world.n_robots
         groups = [
             CompiledLayers(
                 group.functions,
@@ -152,7 +170,7 @@ class RunningLayers:
 
     def consult(self) -> None:
         """Call the rules written in NumPy; a learner's action takes precedence."""
-        action = self._world.robots["action"]
+        action = self.world.robots["action"]
         for group in self._groups:
             if group.steer is not None:
                 wheels = group.steer(*self._motion_inputs())
@@ -174,9 +192,9 @@ class RunningLayers:
 
         ConfigError if a layer is not made for it.
         """
-        own = self._controllers[world]
+        own = self.controllers[world]
         robot_layers = layers_by_robot([own], [scenario])
-        check_alike([self._controllers[0], own], [self._first_layers, robot_layers[0]])
+        check_alike([self.controllers[0], own], [self._first_layers, robot_layers[0]])
         team: Members = np.any([group.members for group in self._groups], axis=0)
         return [
             settings_of(robot_layers, ("estimator",), team),
@@ -210,22 +228,21 @@ class RunningLayers:
 
     def check_on_gpu(self) -> None:
         """ConfigError for layers that run on a CPU only."""
-        name = self._controllers[0][0].name
+        name = self.controllers[0][0].name
         check_on_gpu(name, self.estimator, self.has_rules, len(self._groups))
 
     def _motion_inputs(self) -> Iterator[Rows]:
         """Copies of the inputs of the motion layer, in the order of `steer`."""
         yield copied_rows(self._estimators, ("situation",))
         for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
-            yield copied_rows(self._world.robots, path.split(".")[1:])
+            yield copied_rows(self.world.robots, path.split(".")[1:])
 
     @property
     def _all_settings(self) -> list[Array]:
         return [self._settings, *(group.settings for group in self._groups)]
 
     def _allocate(self, row: Row) -> None:
-        """Make the records of every robot, with room for the largest memory of a motion."""
-        n_worlds, n_robots = self._world.n_worlds, self._world.n_robots
+        n_worlds, n_robots = self.world.n_worlds, self.world.n_robots
         memories = [layers[2].memory.dtype(robots=n_robots) for layers in row if layers]
         mind = [
             ("estimator", self.estimator.mind.dtype(robots=n_robots)),
@@ -236,58 +253,23 @@ class RunningLayers:
         self.shared: Array = np.zeros((n_worlds, n_robots, *pairs))
         self._estimators = self.minds["estimator"]
 
-    def _minds_with(self, memory: np.dtype[np.void]) -> Array:
-        """The minds, viewed with a smaller memory of the motion than the largest."""
-        whole = self.minds.dtype
-        if whole["motion"] == memory:
-            return self.minds
-        columns = dict(whole.fields or {})
-        columns["motion"] = memory, columns["motion"][1]
-        dtype = np.dtype(
-            {
-                "names": list(columns),
-                "formats": [each[0] for each in columns.values()],
-                "offsets": [each[1] for each in columns.values()],
-                "itemsize": whole.itemsize,
-            },
-            align=True,
-        )
-        return self.minds.view(dtype)
 
-    def _group(
-        self,
-        controllers: Row,
-        robot_layers: Sequence[Row],
-        members: Members,
-        is_last: bool,
-        seeds: Sequence[int],
-    ) -> CompositionGroup:
-        """Make a group of robots, with the functions of their layers."""
-        leader = int(np.argmax(members))
-        controller, (_, weighting, motion) = controllers[leader], robot_layers[0][leader]
-        memory = motion.memory
-        functions = {
-            **self.estimator.kernels,
-            **motion.kernels,
-            "gain": weighting.gain,
-            "steer": motion.steer,
-            "observe_world": self.estimator.observe,
-            "decide_world": self._task.decide,
-            "set_stream": set_stream if "stream" in memory.fields else set_no_stream,
-        }
-        steer = None
-        if is_numpy_motion(motion):
-            steer = controller.motion.start(self._world.scenario, seeds)
-        return CompositionGroup(
-            members,
-            self._minds_with(motion.memory.dtype(robots=len(members))),
-            settings_of(robot_layers, LAYERS, members, is_last),
-            functions,
-            motion,
-            _rule(controller.weighting, self, self._world),
-            steer,
-            is_last,
-        )
+def with_memory(minds: Array, memory: np.dtype[np.void]) -> Array:
+    """The minds, viewed with a smaller memory of the motion than the largest."""
+    if minds.dtype["motion"] == memory:
+        return minds
+    columns = dict(minds.dtype.fields or {})
+    columns["motion"] = memory, columns["motion"][1]
+    dtype = np.dtype(
+        {
+            "names": list(columns),
+            "formats": [each[0] for each in columns.values()],
+            "offsets": [each[1] for each in columns.values()],
+            "itemsize": minds.dtype.itemsize,
+        },
+        align=True,
+    )
+    return minds.view(dtype)
 
 
 @runtime_checkable
@@ -297,12 +279,3 @@ class KnowingWeighting(Protocol):
     def start_knowing(self, running: RunningLayers, world: World) -> WeightingRule:
         """The rule for the robots of a running controller, in a world that it knows."""
         ...
-
-
-def _rule(
-    part: CompiledWeighting | KnowingWeighting | WeightingRule, running: RunningLayers, world: World
-) -> WeightingRule | None:
-    """A weighting written in NumPy; None for a compiled one."""
-    if isinstance(part, CompiledWeighting):
-        return None
-    return part.start_knowing(running, world) if isinstance(part, KnowingWeighting) else part

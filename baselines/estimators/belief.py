@@ -6,8 +6,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32
 from swarm_forage_env.foraging.records import Exchange, Situation
 from swarm_forage_env.record import Record, field
 
-MEMORY = 8
-"""Recent partners a robot remembers; the oldest is forgotten first."""
+MEMORY = 8  # recent partners a robot remembers; the oldest is forgotten first
 
 NOBODY = -1
 NOWHERE = -1

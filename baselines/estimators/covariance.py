@@ -55,8 +55,7 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.record import Numbers, field
 
-Gain = tuple[float, float, float, float]
-"""A 2 x 2 gain matrix: xx, xy, yx, yy."""
+Gain = tuple[float, float, float, float]  # a 2 x 2 gain matrix: xx, xy, yx, yy
 
 
 class EllipseMessage(Message):

@@ -56,11 +56,8 @@ from swarm_forage_env.waypoints.scenario import WaypointsScenario
 MAX_JUMP, MAX_GROWTH = 0.5, 1.0
 """Corrections that the authors' code refuses: by this far [m], or that increase |P| by this."""
 
-NEAREST = 1e-3
-"""Least distance at which a bearing tells two robots apart [m] (chosen)."""
-
-FACTOR, SAID = 0, 1
-"""Memory of a pair: the factor, and the factor as said."""
+NEAREST = 1e-3  # least distance at which a bearing tells two robots apart [m] (chosen)
+FACTOR, SAID = 0, 1  # memory of a pair: the factor, and the factor as said
 
 
 class AuthorsMind(FilterMind):

@@ -24,11 +24,8 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.record import Record, field
 
-COHERENCE = 0.999
-"""Largest share of the possible correlation of two robots' errors (chosen)."""
-
-Factors = Float64[Array, "robots 3 3"]
-"""What a robot keeps of its cross-covariance with each robot."""
+COHERENCE = 0.999  # largest share of the possible correlation of two robots' errors (chosen)
+Factors = Float64[Array, "robots 3 3"]  # what a robot keeps of its cross-covariance with each robot
 
 Joint = Float64[Array, "6 6"]
 Jacobian = Float64[Array, "2 6"]

@@ -33,8 +33,7 @@ from swarm_forage_env.waypoints.scenario import WaypointsScenario
 COVARIANCE_NORM_MAX = {"authors": 5.0, "corrected": 0.05}
 """Highest covariance norm allowed: 5 (published), or a hundredth for textbook noise (chosen)."""
 
-OFFSET_MAX = 1.0
-"""Highest distance allowed between the estimate and dead reckoning [m] (published)."""
+OFFSET_MAX = 1.0  # highest distance allowed between the estimate and dead reckoning [m] (published)
 
 
 @kernel

@@ -114,28 +114,19 @@ def judge(reputation: Reputation, other: int, area: int, is_right: bool) -> None
 
 
 @kernel
-def judge_by_area(
-    reputation: Reputation, belief: ScepticalBelief, area: int, numbers: Numbers
+def judge_all(
+    reputation: Reputation, belief: ScepticalBelief, area: int, is_found: bool, numbers: Numbers
 ) -> None:
-    """Judge all that was told lately of an area that the robot has just found."""
-    x, y = belief.location[area, 0], belief.location[area, 1]
+    """Judge what was told lately of an area that the robot has found now, or looked for in vain."""
+    x, y = belief.pose[0], belief.pose[1]
+    if is_found:
+        x, y = belief.location[area, 0], belief.location[area, 1]
     for other in range(reputation.is_open.shape[0]):
         is_recent = path_since(reputation, other, area) <= numbers.remembers_within
         if reputation.is_open[other, area] and is_recent:
-            judge(reputation, other, area, is_near(reputation, other, area, x, y, numbers))
-
-
-@kernel
-def judge_by_loss(
-    reputation: Reputation, belief: ScepticalBelief, area: int, numbers: Numbers
-) -> None:
-    """Judge what was told lately of an area that is not where the robot has just looked for it."""
-    x, y = belief.pose[0], belief.pose[1]
-    for other in range(reputation.is_open.shape[0]):
-        is_recent = path_since(reputation, other, area) <= numbers.remembers_within
-        is_told_here = is_recent and is_near(reputation, other, area, x, y, numbers)
-        if reputation.is_open[other, area] and is_told_here:
-            judge(reputation, other, area, False)
+            is_told_here = is_near(reputation, other, area, x, y, numbers)
+            if is_found or is_told_here:
+                judge(reputation, other, area, is_found and is_told_here)
 
 
 @kernel
@@ -176,8 +167,7 @@ def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
         exchange.own_visited[area] = belief.visited[area]
 
 
-COPIED_FROM = 0.5
-"""Least weight with which the place of an unknown area is copied."""
+COPIED_FROM = 0.5  # least weight with which the place of an unknown area is copied
 
 
 @kernel
@@ -190,9 +180,9 @@ def update_belief(
     mind.reputation.path += path_length(float(odometry[0]), float(odometry[1]), numbers.axle)
     update_social_belief(mind, shared, readings, numbers)
     if belief.on_area != NOWHERE and belief.on_area != before:
-        judge_by_area(mind.reputation, belief, belief.on_area, numbers)
+        judge_all(mind.reputation, belief, belief.on_area, True, numbers)
     if belief.is_lost:
-        judge_by_loss(mind.reputation, belief, goal, numbers)
+        judge_all(mind.reputation, belief, goal, False, numbers)
 
 
 @kernel

@@ -12,8 +12,7 @@ from swarm_forage_env.equations.geometry import Pose
 
 Matrix3 = Float64[Array, "3 3"]
 
-TINY = 1e-100
-"""Least spread of eigenvalues: the cube of a smaller one underflows."""
+TINY = 1e-100  # least spread of eigenvalues: the cube of a smaller one underflows
 
 
 @kernel

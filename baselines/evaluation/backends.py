@@ -24,8 +24,7 @@ from joblib.externals.loky.backend import resource_tracker as loky_tracker
 JobT = TypeVar("JobT")
 ResultT = TypeVar("ResultT")
 
-Results = Generator[ResultT, None, None]
-"""What calls return, as they end."""
+Results = Generator[ResultT, None, None]  # what calls return, as they end
 
 IDLE = 86_400.0
 """A worker without a job ends after this time [s].
@@ -45,12 +44,9 @@ If it is stopped before, it ends with a KeyError, whose traceback it prints.
 class Backend:
     """Runs calls in worker processes."""
 
-    workers: int = 1
-    """Number of calls that run at a time."""
-    threads: int = 1
-    """Number of threads of each call."""
-    shares_files: ClassVar[bool] = True
-    """Workers read and write the files of this machine."""
+    workers: int = 1  # number of calls that run at a time
+    threads: int = 1  # number of threads of each call
+    shares_files: ClassVar[bool] = True  # workers read and write the files of this machine
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; yield what it returns as the calls end.

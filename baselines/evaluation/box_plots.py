@@ -53,14 +53,10 @@ class _Layout:
     """How the boxes of all panels of a figure lie."""
 
     series: Sequence[str]
-    styles: Mapping[str, SeriesStyle]
-    """By series, or by tick where there is one series only."""
-    n: int
-    """Size of a sample; a box of another one says so."""
-    lies: bool
-    """Boxes lie, and their labels stand beside them: a tick is a name."""
-    is_log: bool
-    """Ticks are numbers over decades."""
+    styles: Mapping[str, SeriesStyle]  # by series, or by tick where there is one series only
+    n: int  # size of a sample; a box of another one says so
+    lies: bool  # boxes lie, and their labels stand beside them: a tick is a name
+    is_log: bool  # ticks are numbers over decades
 
     @property
     def is_plain(self) -> bool:
@@ -156,7 +152,6 @@ def _draw_boxes(
     width: float,
     layout: _Layout,
 ) -> None:
-    """Draw boxes of these samples at these places, and the sizes of samples unlike the others."""
     scale = style_in_use().scale
     highest = max(max(values, default=0.0) for values, _, _ in boxes)
     drawn = axes.boxplot(

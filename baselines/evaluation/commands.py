@@ -1,6 +1,5 @@
 """Commands `evaluate`, `plot` and `watch`; their modules are loaded when they run."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -25,7 +24,6 @@ from baselines.evaluation.common_options import (
 from baselines.evaluation.console import check_file, say
 
 if TYPE_CHECKING:
-    from baselines.evaluation.episode import AnyEpisode
     from baselines.evaluation.runner import Plan
 
 
@@ -71,6 +69,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     bar counts their episodes. The same command later runs only what is missing: a stopped run
     repeats at most the unfinished blocks, one for each worker.
     """
+    from baselines.evaluation import tables
     from baselines.evaluation.evaluate_options import EvaluateOptions
     from baselines.evaluation.noise_search import noise_lines
     from baselines.evaluation.runner import check_kept, run_with_progress
@@ -84,7 +83,10 @@ def evaluate(  # noqa: PLR0913 the options of a command
     results = plan.results()
     if plot:
         _draw(plan, plot, request.command)
-    _write(results, form, series)
+    if form == "table":
+        Console().print(tables.report(results))
+    else:
+        typer.echo(tables.to_json(results, series) if form == "json" else tables.to_csv(results))
     for line in noise_lines(plan.configurations, plan.by_configuration()):
         say(line)
     check_kept(plan)
@@ -108,25 +110,13 @@ def _draw(plan: "Plan", file: Path, command: str) -> None:
     say(f"wrote {file}")
 
 
-def _write(results: Sequence["AnyEpisode"], form: str, series: bool) -> None:
-    from baselines.evaluation import tables
-
-    if form == "table":
-        Console().print(tables.report(results))
-    elif form == "json":
-        typer.echo(tables.to_json(results, series))
-    else:
-        typer.echo(tables.to_csv(results))
-
-
 FIGURE_NAMES = (
     "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
 )  # fmt: skip
 """Kinds of figures, by name, so that completion loads none."""
 
 
-PageStyleName = Literal["screen", "paper"]
-"""The page styles of figures."""
+PageStyleName = Literal["screen", "paper"]  # the page styles of figures
 
 
 def plot(  # noqa: PLR0913 the options of a command

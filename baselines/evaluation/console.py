@@ -85,8 +85,7 @@ def old_names_told() -> Iterator[None]:
         yield
 
 
-WRONG_INPUT, FAILED = 2, 1
-"""Exit statuses: the command was wrong, or failed while it ran."""
+WRONG_INPUT, FAILED = 2, 1  # exit statuses: the command was wrong, or failed while it ran
 
 
 def error_message(error: Exception, program: str | None) -> tuple[str, int] | None:
@@ -122,8 +121,7 @@ def of_option(prefix: str) -> Iterator[None]:
         raise ConfigError(f"{prefix}{error}") from None
 
 
-PAUSE = 0.01
-"""Time until a signal that came at a bad moment is sent again [s]."""
+PAUSE = 0.01  # time until a signal that came at a bad moment is sent again [s]
 
 
 @contextmanager

@@ -84,24 +84,21 @@ class EpisodeGroup:
     @classmethod
     def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
-        names = configuration.scenario.name, configuration.controller.name
-        return cls.made(configuration.identity, *names, episodes, configuration.label)
+        names = configuration.scenario.name, configuration.controller.name, configuration.label
+        return cls.made(configuration.identity, names, episodes)
 
     @classmethod
     def made(
-        cls,
-        identity: Row,
-        scenario: str,
-        controller: str,
-        episodes: Sequence[AnyEpisode],
-        asked: str,
+        cls, identity: Row, names: tuple[str, str, str], episodes: Sequence[AnyEpisode]
     ) -> "EpisodeGroup":
-        """The group of episodes whose columns `IDENTITY` are these."""
+        """The group of episodes whose columns `IDENTITY` are these.
+
+        `names` are those of the scenario and of the controller, and the controller's as asked for.
+        """
+        scenario, controller, asked = names
         texts = {name: identity[name] for name in ("code", *TEXTS)}
-        key, physics = identity["configuration"], episodes[0].physics
-        return cls(
-            scenario, controller, physics, key=key, episodes=tuple(episodes), asked=asked, **texts
-        )
+        own = {"key": identity["configuration"], "episodes": tuple(episodes), "asked": asked}
+        return cls(scenario, controller, episodes[0].physics, **own, **texts)
 
     def configuration(self) -> ExperimentConfig:
         """The same configuration on the present code.
@@ -162,8 +159,7 @@ def _joined(parts: Sequence[EpisodeGroup]) -> EpisodeGroup:
     return replace(parts[0], episodes=episodes, asked=names.pop() if len(names) == 1 else "")
 
 
-TEXTS = ("settings", "overrides", "parameters")
-"""What tells configurations apart, as JSON text."""
+TEXTS = ("settings", "overrides", "parameters")  # what tells configurations apart, as JSON text
 
 
 def _files(source: str) -> list[Path]:
@@ -210,9 +206,9 @@ def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
             _check_texts(row, file)
             episode = episode_of(row, kind, scenario, controller)
             asked = name or short_label(controller, row["parameters"])
-            return EpisodeGroup.made(row, scenario, controller, [episode], asked)
+            return EpisodeGroup.made(row, (scenario, controller, asked), [episode])
     raise ConfigError(
-        f"dataset file {file}: written by another version of swarm-forage ({_differs(table)});"
+        f"dataset file {file}: written by another version of swarm-forage, with other columns;"
         " evaluate again into another folder, or plot it with the version that wrote it"
     )
 
@@ -232,24 +228,17 @@ def _check_texts(row: Row, file: Path) -> None:
     for name in TEXTS:
         try:
             tree = json.loads(row[name])
-            groups = [tree["scenario"], tree["controller"]] if name == "settings" else [tree]
+            parts = ("scenario", "controller") if name == "settings" else ()
+            is_ours = all(
+                isinstance(each, dict) for each in (tree, *(tree[part] for part in parts))
+            )
         except (ValueError, KeyError, TypeError, RecursionError):
-            groups = [None]
-        if not all(isinstance(group, dict) for group in groups):
+            is_ours = False
+        if not is_ours:
             raise ConfigError(
                 f"dataset file {file}: its column {name} is not what swarm-forage writes; remove it"
                 " and run the command that made the dataset again"
             )
-
-
-def _differs(table: pa.Table) -> str:
-    has = set(table.schema.names)
-    every = (set(schema(TASKS[name].episode).names) for name in TASKS)
-    wanted = min(every, key=lambda names: len(has ^ names))
-    lacks, extra = sorted(wanted - has), sorted(has - wanted)
-    parts = [f"lacks {', '.join(lacks)}"] if lacks else []
-    parts += [f"has {', '.join(extra)}"] if extra else []
-    return "; ".join(parts) or "columns of other types, or several rows"
 
 
 def _named_apart(groups: Sequence[EpisodeGroup]) -> Iterator[EpisodeGroup]:

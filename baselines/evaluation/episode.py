@@ -12,8 +12,7 @@ from swarm_forage_env.parameters import BaseScenario, HasEpisodes
 from swarm_forage_env.task import task_of_episode
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
-AnyEpisode = Episode | ForagingEpisode | WaypointEpisode
-"""An episode of any task."""
+AnyEpisode = Episode | ForagingEpisode | WaypointEpisode  # an episode of any task
 
 
 EpisodeT = TypeVar("EpisodeT")

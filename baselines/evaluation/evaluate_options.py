@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
-from baselines.controller import LayeredController
 from baselines.evaluation.console import of_option, say
 from baselines.evaluation.dataset import folder_name, open_dataset
 from baselines.evaluation.experiment_config import (
@@ -31,10 +30,8 @@ class EvaluateOptions:
     controllers: Sequence[str]
     episodes: int = 30
     seed: int = 0
-    settings: Sequence[str] = ()
-    """Numbers of the scenario to change: `radio.max_range=0.2`."""
-    physics: str | None = None
-    """None: the one that its scenario goes with."""
+    settings: Sequence[str] = ()  # numbers of the scenario to change: `radio.max_range=0.2`
+    physics: str | None = None  # None: the one that its scenario goes with
 
     def plan(self, out: Path | str | None, trajectories: bool = False) -> Plan:
         """Plan the episodes: those found in a folder or at an address, and those to run.
@@ -62,7 +59,8 @@ class EvaluateOptions:
         physics = self.physics or task_of(scenario).physics
         check_physics(physics)
         configurations = [
-            ExperimentConfig(each, scenario, self.find(each), physics) for each in self.controllers
+            ExperimentConfig(each, scenario, find_layered_controller(each), physics)
+            for each in self.controllers
         ]
         _check_different(configurations)
         for controller in (each.controller for each in configurations):
@@ -70,10 +68,6 @@ class EvaluateOptions:
             if assumed := controller.assumed(scenario):
                 say(assumed)
         return configurations
-
-    def find(self, name: str) -> LayeredController:
-        """The controller of a name."""
-        return find_layered_controller(name)
 
     def seeds(self) -> range:
         """The seeds of the episodes."""

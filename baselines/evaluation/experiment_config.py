@@ -56,8 +56,7 @@ IDENTITY = ("overrides", "parameters", "settings", "code", "configuration")
 class ExperimentConfig:
     """A scenario, a controller with its parameters, an engine, and the code they run on."""
 
-    label: str
-    """The controller's name as given."""
+    label: str  # the controller's name as given
     scenario: Any
     controller: LayeredController
     physics: str = "rigid"

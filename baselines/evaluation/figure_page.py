@@ -27,10 +27,8 @@ from swarm_forage_env.registry import Registry
 class PageStyle:
     """The size of a figure and of all that is on it."""
 
-    width: float
-    """Of the figure [inch]."""
-    scale: float
-    """Of letters, lines and panels, against those of the style `screen`."""
+    width: float  # of the figure [inch]
+    scale: float  # of letters, lines and panels, against those of the style `screen`
 
     @property
     def is_narrow(self) -> bool:
@@ -45,8 +43,7 @@ class PageStyle:
 TITLE, LABEL, TICK, NOTE, LINE = 10.0, 9.0, 8.0, 7.5, 1.6
 """Sizes of letters and width of a line in the style `screen` [pt]."""
 
-LETTER = 0.0078
-"""Breadth of a letter, about, for each point of its size [inch]."""
+LETTER = 0.0078  # breadth of a letter, about, for each point of its size [inch]
 
 PAGE_STYLES: Registry[PageStyle] = Registry("style of figures")
 """Page styles by name: as broad as a page of the docs, or as a column of a paper."""
@@ -77,16 +74,11 @@ def style_in_use() -> PageStyle:
 class Caption:
     """The words that belong to a figure; drawn is the note, the file keeps them all."""
 
-    text: str = ""
-    """What is shown, and how."""
-    note: str = ""
-    """How many episodes stand behind it."""
-    command: str = ""
-    """The command line that draws the figure again."""
-    code: tuple[str, ...] = ()
-    """Of the code that ran the episodes."""
-    n: int = 0
-    """Episodes behind each mean or box, at most; 0: not stated."""
+    text: str = ""  # what is shown, and how
+    note: str = ""  # how many episodes stand behind it
+    command: str = ""  # the command line that draws the figure again
+    code: tuple[str, ...] = ()  # of the code that ran the episodes
+    n: int = 0  # episodes behind each mean or box, at most; 0: not stated
 
     def __str__(self) -> str:
         """All of it, as text."""
@@ -101,8 +93,7 @@ class CaptionedFigure(Figure):
     caption = Caption()
 
 
-HEIGHT, LONE = 2.3, 3.0
-"""Of a panel, and of one that is alone, in the style `screen` [inch]."""
+HEIGHT, LONE = 2.3, 3.0  # of a panel, and of one that is alone, in the style `screen` [inch]
 
 
 def panel_grid(
@@ -207,7 +198,6 @@ def draw_caption(figure: Figure) -> None:
 
 
 def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"]) -> None:
-    """Draw words below the panels in as many lines as they need."""
     size = style_in_use().points(NOTE)
     letters = int(0.95 * figure.get_figwidth() / (0.95 * LETTER * size))
     wrapped = textwrap.fill(text, letters, break_on_hyphens=False)

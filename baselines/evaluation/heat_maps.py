@@ -29,14 +29,9 @@ from baselines.evaluation.statistics import Estimate
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.scene import Outline, Stage
 
-SHADES = "Blues"
-"""From white to dark: in print too, more is darker."""
-
-DARK = 0.6
-"""Share of the range from which a cell is so dark that its text is white."""
-
-CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)
-"""Weights that have a line on their map."""
+SHADES = "Blues"  # from white to dark: in print too, more is darker
+DARK = 0.6  # share of the range from which a cell is so dark that its text is white
+CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)  # weights that have a line on their map
 
 MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
 """Share of a map beside its frame without labels; where along their lines labels stand in turn."""
@@ -52,10 +47,8 @@ Table = Mapping[str, Mapping[str, Estimate | None]]
 class Density:
     """Robots per square metre in cells of the arena, mean over time."""
 
-    values: Float64[Array, "ys xs"]
-    """[1/m^2], from the lower left corner."""
-    stage: Stage
-    """The arena, and which controller moved the robots."""
+    values: Float64[Array, "ys xs"]  # [1/m^2], from the lower left corner
+    stage: Stage  # the arena, and which controller moved the robots
 
 
 def table_panels(
@@ -148,7 +141,12 @@ def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
             maps[row][name], origin="lower", cmap=SHADES, vmin=0.0, vmax=1.0,
             extent=(0.0, longest, 0.0, longest),
         )  # fmt: skip
-        _draw_contours(axes, maps[row][name], longest)
+        paths = np.linspace(0.0, longest, len(maps[row][name]))
+        lines = axes.contour(
+            paths, paths, maps[row][name], CONTOURS, colors=INK, linewidths=0.8 * style.scale
+        )
+        places = _label_places(lines.allsegs, longest)
+        axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g", manual=places)
         _finish_map(axes, f"{name}\n{row}", name, ("own path [m]", "heard path [m]"))
     words = "g, weight of the heard estimate\n(0 keeps one's own, 1 takes the heard one)"
     _draw_bar(figure, image, all_axes, words)
@@ -166,13 +164,6 @@ def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigur
     if style.is_narrow:
         figure.set_figheight(figure.get_figheight() + style.scale * BAR)
     return figure, panels
-
-
-def _draw_contours(axes: Axes, weights: Float64[Array, "heard own"], longest: float) -> None:
-    style, paths = style_in_use(), np.linspace(0.0, longest, len(weights))
-    lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.8 * style.scale)
-    places = _label_places(lines.allsegs, longest)
-    axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g", manual=places)
 
 
 def _label_places(
@@ -208,11 +199,8 @@ def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: s
 BODY = "#CFCFCF"
 """Colour of obstacles, and of what lies behind an outer wall."""
 
-DASHES = ("-", "--", ":", "-.")
-"""Outlines of areas, one for each name that there is."""
-
-ARC = 12
-"""Corners of half a circle."""
+DASHES = ("-", "--", ":", "-.")  # outlines of areas, one for each name that there is
+ARC = 12  # corners of half a circle
 
 
 def draw_arena(axes: Axes, stage: Stage) -> list[str]:
@@ -241,7 +229,6 @@ def draw_arena(axes: Axes, stage: Stage) -> list[str]:
 
 
 def _draw_area(axes: Axes, centre: Sequence[float], radius: float, dashes: str) -> None:
-    """Draw a circle that is seen on light and on dark."""
     width = style_in_use().points(1.4)
     x, y = map(float, centre)
     axes.add_patch(Circle((x, y), radius, fill=False, color="white", lw=2.4 * width))

@@ -21,19 +21,14 @@ from baselines.evaluation.figure_page import (
     style_in_use,
 )
 from baselines.evaluation.plot_style import INK, MARKERS, SeriesStyle, styles_of
-from baselines.evaluation.statistics import CONFIDENCE
+from baselines.evaluation.statistics import middle
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
-RESAMPLES = 1000
-"""Drawn for a band."""
-
-BANDS = "Means with 95 % bootstrap bands."
-"""What a caption says of them."""
-
-FEW = 6
-"""Up to this many values of x are numbered one by one."""
+RESAMPLES = 1000  # drawn for a band
+BANDS = "Means with 95 % bootstrap bands."  # what a caption says of them
+FEW = 6  # up to this many values of x are numbered one by one
 
 
 @dataclass(frozen=True)
@@ -46,12 +41,10 @@ class Means:
     high: Float64[Array, " points"]
     published: Float64[Array, " points"] | None = None
     """Means of a paper, drawn as crosses; NaN where there is none."""
-    is_level: bool = False
-    """The same at every x: drawn as a line in its band."""
+    is_level: bool = False  # the same at every x: drawn as a line in its band
 
 
-PANEL = 2.4
-"""Least breadth of a panel [inch]."""
+PANEL = 2.4  # least breadth of a panel [inch]
 
 
 def curve_panels(
@@ -168,8 +161,7 @@ def mean_curve(x: Float64[Array, " points"], y: Float64[Array, "episodes points"
     n_episodes = len(y)
     draws = np.random.default_rng(0).integers(n_episodes, size=(RESAMPLES, n_episodes))
     weights = np.stack([np.bincount(draw, minlength=n_episodes) for draw in draws]) / n_episodes
-    tail = 50.0 * (1.0 - CONFIDENCE)
-    return Means(x, y.mean(axis=0), *np.percentile(weights @ y, [tail, 100.0 - tail], axis=0))
+    return Means(x, y.mean(axis=0), *middle(weights @ y))
 
 
 def path_over_time(episodes: Sequence[ForagingEpisode]) -> Means:

@@ -114,7 +114,6 @@ def grouped_parameters(listed: Listed) -> Iterator[tuple[str, str, list[Paramete
 
 
 def _parts(whole: Parameters, prefix: str = "") -> Iterator[tuple[str, Parameters]]:
-    """The parts of a scenario and their parts, by dotted name."""
     for name, value in whole:
         if isinstance(value, Parameters):
             yield prefix + name, value
@@ -204,13 +203,9 @@ def _table(name: str, *headings: str) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0))
     table.add_column(Text(name), no_wrap=True)
     for heading in headings:
-        justify: JustifyMethod = "right" if heading in NUMBERS else "left"
+        justify: JustifyMethod = "right" if heading in ("robots", "time [s]", "score") else "left"
         table.add_column(Text(heading), overflow="fold", justify=justify)
     return table
-
-
-NUMBERS = "robots", "time [s]", "score"
-"""Headings of columns of numbers."""
 
 
 def _score(score: Score | None) -> str:

@@ -17,8 +17,7 @@ WIDE, SHARE = 40.0, 0.2
 """Standard deviation of round trips between episodes, and its share of their mean, from which
 episodes differ widely: hand-written controllers have 4 to 12 in es1, of 60 to 250."""
 
-FAR = 0.8
-"""Share of the score with noise below which the one without is far below it."""
+FAR = 0.8  # share of the score with noise below which the one without is far below it
 
 CHANCE = "policy.chance"
 

@@ -47,23 +47,22 @@ from swarm_forage_env.targets import linked_for_web, llvm_text_of, memory_of, ti
 from swarm_forage_env.task import stage_of
 from swarm_forage_env.ticks import BEGINS, begin_worlds, nothing
 
-MAX_CONTROLLERS = 2
-"""Swarms side by side."""
-
-FRAME = 1.0
-"""Time between two frames of a page [s]."""
+MAX_CONTROLLERS = 2  # swarms side by side
+FRAME = 1.0  # time between two frames of a page [s]
 
 ROBOTS, LIARS, OBSTACLES = "task.n_robots", "faults.liar.share", "obstacles"
-OF_SCENARIO = {
+WORDS = {
     ROBOTS: ("Robots", ""),
     "radio.max_range": ("Radio range", "m"),
     "radio.bearing_noise": ("Bearing noise", "rad"),
     "sensors.wheel_noise": ("Wheel noise", ""),
     LIARS: ("Liars", "%"),
     OBSTACLES: ("Obstacles", ""),
+    "weighting.beta": ("Beta", ""),
 }
-OF_CONTROLLER = {"weighting.beta": ("Beta", "")}
 """What a visitor changes: how it is called, and its unit."""
+
+OF_CONTROLLER = ("weighting.beta",)
 
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
 """Values of a number, as multiples of the usual one; those that are refused are left out."""
@@ -75,14 +74,9 @@ VALUES: Mapping[str, tuple[float, ...]] = {
 }
 """Values of others, among which the usual one is put."""
 
-RECORDED = 300.0
-"""How much of an episode is recorded beside [s]."""
-
-WIDER = 1.1
-"""A start circle that is too small for the robots is widened by this, again and again."""
-
-WALL = {"length": 0.2, "radius": 0.01}
-"""Of an obstacle between the start circle and an area [m]."""
+RECORDED = 300.0  # how much of an episode is recorded beside [s]
+WIDER = 1.1  # a start circle that is too small for the robots is widened by this, again and again
+WALL = {"length": 0.2, "radius": 0.01}  # of an obstacle between the start circle and an area [m]
 
 
 @dataclass(frozen=True)
@@ -90,10 +84,8 @@ class Choice:
     """A swarm with one thing changed, or none."""
 
     loop: Loop
-    pilot: Pilot | None = None
-    """The policy that acts for its robots."""
-    settings: tuple[str, ...] = ()
-    """What changes it, as `--set` takes it."""
+    pilot: Pilot | None = None  # the policy that acts for its robots
+    settings: tuple[str, ...] = ()  # what changes it, as `--set` takes it
 
 
 def write_playground(chosen: EvaluateOptions, file: Path) -> None:
@@ -112,16 +104,15 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     every = max(1, round(FRAME / stage.tick))
     for each in configurations:
         memory_of(_changed(each, {}).loop)  # which may refuse it
-    sliders, programs = [], []
     changed = [dict(_changes(each)) for each in configurations]
-    for name, (label, unit) in {**OF_SCENARIO, **OF_CONTROLLER}.items():
-        if slider := _slider(name, label, unit, configurations, changed):
-            sliders.append(slider)
-    for each, own in zip(configurations, changed, strict=True):
-        programs.append(program_of(each, sliders, own, every))
-    words = ["swarm-forage", "evaluate", chosen.scenario]
-    sets = [f"--set={each}" for each in chosen.settings]
-    command = shlex.join(words), shlex.join(sets)
+    found = (_slider(name, configurations, changed) for name in WORDS)
+    sliders = [each for each in found if each]
+    programs = [
+        program_of(each, sliders, own, every)
+        for each, own in zip(configurations, changed, strict=True)
+    ]
+    sets = shlex.join(f"--set={each}" for each in chosen.settings)
+    command = shlex.join(["swarm-forage", "evaluate", chosen.scenario]), sets
     replays = [_recorded(each, every) for each in configurations]
     page = playground(stage, command, programs, sliders, COLUMNS, every, replays)
     write_atomically(file, page.encode())
@@ -145,7 +136,7 @@ Changes = Mapping[tuple[str, float], Choice]
 def _changes(configuration: ExperimentConfig) -> Iterator[tuple[tuple[str, float], Choice]]:
     """The swarm with each value of whatever a visitor changes, where that is not refused."""
     usual = _changed(configuration, {})
-    for name in (*OF_SCENARIO, *OF_CONTROLLER):
+    for name in WORDS:
         now = _number(configuration, name)
         if now is None:
             continue
@@ -165,7 +156,6 @@ def _changes(configuration: ExperimentConfig) -> Iterator[tuple[tuple[str, float
 
 
 def _number(configuration: ExperimentConfig, name: str) -> float | None:
-    """The number of that name; None where there is none."""
     if name == OBSTACLES:
         return None if configuration.scenario.obstacles else 0
     known = leaves(configuration.scenario.model_dump()) | configuration.controller.parameters
@@ -191,7 +181,6 @@ def _settings(
 
 
 def _wall(scenario: Scenario, side: int) -> dict[str, object]:
-    """A wall half way between the start circle and the area of a side."""
     nearest, farthest = scenario.task.start_radius, 0.5 * scenario.task.area_distance
     x = round(side * 0.5 * (nearest + farthest - scenario.task.area_radius), 3)
     half = 0.5 * WALL["length"]
@@ -201,7 +190,7 @@ def _wall(scenario: Scenario, side: int) -> dict[str, object]:
 def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> Choice:
     """The swarm with these changes; ConfigError if they are refused."""
     scenario, controller = configuration.scenario, configuration.controller
-    if changes.keys() <= OF_CONTROLLER.keys():
+    if changes.keys() <= {*OF_CONTROLLER}:
         own = {name: value for name, value in changes.items() if name in controller.parameters}
         return _choice(scenario, controller.with_parameters(own))
     settings = tuple(f"{name}={value}" for name, value in changes.items())
@@ -223,19 +212,16 @@ def _choice(
 
 def _is_alike(loop: Loop, usual: Loop) -> bool:
     """The machine code of one swarm runs the other: records and observations are the same."""
-    kinds, slots = [], []
-    for each in (loop, usual):
-        kinds.append([own.dtype for own in (*memory_of(each), *each.controller.compiled.firsts)])
-        slots.append(_scenario(each).slots)
-    return kinds[0] == kinds[1] and slots[0] == slots[1]
+    one, other = (
+        ([own.dtype for own in (*memory_of(each), *each.controller.compiled.firsts)],
+         _scenario(each).slots)
+        for each in (loop, usual)
+    )  # fmt: skip
+    return one == other
 
 
 def _slider(
-    name: str,
-    label: str,
-    unit: str,
-    configurations: Sequence[ExperimentConfig],
-    changed: Sequence[Changes],
+    name: str, configurations: Sequence[ExperimentConfig], changed: Sequence[Changes]
 ) -> Slider | None:
     """A slider of the values that no swarm refuses; None if that is one alone."""
     of_each = [{value for which, value in own if which == name} for own in changed]
@@ -248,8 +234,8 @@ def _slider(
     choices = [swarm[name, value] for value in values]
     return Slider(
         name,
-        label,
-        tuple(_words(name, value, unit) for value in values),
+        WORDS[name][0],
+        tuple(_words(name, value) for value in values),
         tuple(values),
         values.index(usual),
         tuple(each.settings for each in choices),
@@ -257,10 +243,10 @@ def _slider(
     )
 
 
-def _words(name: str, value: float, unit: str) -> str:
-    """A value as the page shows it."""
+def _words(name: str, value: float) -> str:
     if name == OBSTACLES:
         return "two walls" if value else "none"
+    unit = WORDS[name][1]
     return f"{100 * value:g} %" if unit == "%" else f"{value:g} {unit}".strip()
 
 
@@ -280,8 +266,8 @@ def program_of(
 ) -> Program:
     """A swarm as machine code, with the memory of a world that begins, and what sliders change."""
     chosen = _changed(configuration, {})
-    usual, own = chosen.loop, [changed[key] for key in changed]
-    widest = _widest([usual, *(each.loop for each in own)])
+    usual = chosen.loop
+    widest = _widest([usual, *(each.loop for each in changed.values())])
     memory = _memory(chosen, every, widest)
     image = _image(memory, usual)
     patches = {
@@ -327,8 +313,7 @@ OF_ROBOTS = (
 )  # fmt: skip
 """Arrays whose second axis is robots."""
 
-SAME = {"robot_words": "robots", "mind_words": "minds"}
-"""Arrays that lie where another does."""
+SAME = {"robot_words": "robots", "mind_words": "minds"}  # arrays that lie where another does
 
 
 def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
@@ -348,6 +333,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
     kinds = own["robots"].dtype, own["minds"].dtype
     minds = np.dtype([("estimator", kinds[1])])
     *_, bound, squashes = form.observer.scaling
+    pilot = swarm.pilot and swarm.pilot.arrays(n, *kinds, np.arange(widest["near"][1]))
     return {
         **own,
         "first_robot": first_robot,
@@ -369,11 +355,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
         "raw": np.zeros((1, 1, len(form.policy.action)), np.float32),
         "frames": np.zeros((1, 1, 0, len(form.layout)), np.float32),
         "seen": np.zeros((1, 1, len(form.layout)), np.float32),
-        **(
-            {}
-            if swarm.pilot is None
-            else swarm.pilot.arrays(n, *kinds, np.arange(widest["near"][1]))
-        ),
+        **(pilot or {}),
     }
 
 
@@ -383,7 +365,6 @@ def _form(loop: Loop) -> PolicyForm:
 
 
 def _gpu_task(loop: Loop) -> GpuTask:
-    """How worlds are begun by compiled code."""
     assert loop.task.gpu is not None, "robots that forage run on a GPU"
     return loop.task.gpu
 
@@ -413,18 +394,21 @@ def _patch(usual: UInt8[Array, " bytes"], other: UInt8[Array, " bytes"]) -> Iter
 
 def _place(name: str, array: Array, usual: Loop) -> ArrayPlace:
     """How large an array is in the memory of a page."""
-    n = usual.world.n_robots
     if name in SAME:
         return ArrayPlace(name, same=SAME[name])
     if name in _names_kept(usual):
         return ArrayPlace(name, array.nbytes, is_kept=True)
-    if name == "pilot_states":
-        return ArrayPlace(name, per_robot=array.nbytes // n)
-    if name == "pairs" or (name == "shared" and array.ndim > 3):
-        return ArrayPlace(name, per_pair=array.nbytes // (n * n))
-    if name in OF_ROBOTS:
-        return ArrayPlace(name, per_robot=array.nbytes // n)
-    return ArrayPlace(name, array.nbytes)
+    power = 2 if name == "pairs" else len(_axes_of_robots(name, array))
+    size = array.nbytes // usual.world.n_robots**power
+    return ArrayPlace(name, **{("fixed", "per_robot", "per_pair")[power]: size})
+
+
+def _axes_of_robots(name: str, array: Array) -> tuple[int, ...]:
+    if name in ("pilot_states", "pilot_robots"):
+        return (0,)
+    if name == "shared" and array.ndim > 3:
+        return 1, 2
+    return (1,) if name in OF_ROBOTS else ()
 
 
 def _shape(name: str, array: Array, n: int, every: int) -> str:
@@ -434,12 +418,8 @@ def _shape(name: str, array: Array, n: int, every: int) -> str:
     if name in SAME:
         return f"(1, n_robots * {array.shape[1] // n})"
     sizes = [str(size) for size in array.shape]
-    if name in ("pilot_states", "pilot_robots"):
-        sizes[0] = "n_robots"
-    if name in OF_ROBOTS:
-        sizes[1] = "n_robots"
-    if name == "shared" and array.ndim > 3:
-        sizes[2] = "n_robots"
+    for axis in _axes_of_robots(name, array):
+        sizes[axis] = "n_robots"
     if name in WIDTHS:
         axis, number = WIDTHS[name]
         sizes[axis] = number
@@ -454,19 +434,13 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
     """The ticks of a page as LLVM's text, with what is drawn after them."""
     usual, pilot = swarm.loop, swarm.pilot
     world, layers = usual.world, usual.controller.compiled
-    functions = {**world.functions, **layers.functions}
-    observing = bind(observe, {"add_features": add_nothing})
-    called = bind(
-        run_and_draw,
-        {
-            "pilot": nothing if pilot is None else pilot.kernel,
-            "run_ticks": ticks_of(usual),
-            "begin_worlds": bind(
-                begin_worlds, {**functions, "place_world": _gpu_task(usual).place}
-            ),
-            "observe": observing,
-        },
-    )
+    functions = {**world.functions, **layers.functions, "place_world": _gpu_task(usual).place}
+    own = {
+        "pilot": nothing if pilot is None else pilot.kernel,
+        "run_ticks": ticks_of(usual),
+        "begin_worlds": bind(begin_worlds, functions),
+        "observe": bind(observe, {"add_features": add_nothing}),
+    }
     direction, direction_to, has_walk, *_ = _form(usual).observer.scaling
     shapes = {name: _shape(name, array, world.n_robots, every) for name, array in memory.items()}
     numbers = "n_robots", *(number for _, number in WIDTHS.values()), "n_ticks"
@@ -477,7 +451,7 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
         scaling=f"{direction}, {direction_to}, {has_walk}, bound, squashes",
         piloting="n_robots" if pilot is None else pilot.handed_over,
     )
-    return llvm_text_of(called, memory, numbers, call, types.int64, shapes)
+    return llvm_text_of(bind(run_and_draw, own), memory, numbers, call, types.int64, shapes)
 
 
 CALL = (

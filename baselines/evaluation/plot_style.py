@@ -67,12 +67,9 @@ class SeriesStyle:
     """The style of one series: its colour, and what tells it apart without colour."""
 
     colour: str
-    dashes: str
-    """Of a line."""
-    marker: str
-    """On a line."""
-    hatch: str
-    """Of a fill."""
+    dashes: str  # of a line
+    marker: str  # on a line
+    hatch: str  # of a fill
 
 
 def styles_of(

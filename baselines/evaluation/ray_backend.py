@@ -37,8 +37,7 @@ LOGGER = logging.getLogger("swarm-forage")
 MAX_RETRIES = 10
 """How often a call is run again whose worker or node died; one that kills its worker ends so."""
 
-WAIT = 10.0
-"""How long to wait for an address to answer [s]."""
+WAIT = 10.0  # how long to wait for an address to answer [s]
 
 PACKAGES = ("swarm_forage_env", "baselines", "training")
 

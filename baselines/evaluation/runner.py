@@ -12,7 +12,6 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,14 +29,9 @@ MAX_ROWS = 300
 """Robots in a block for each thread, about: more rows hardly share Python's cost per tick any
 further."""
 
-WARM_UP_TICKS = 50
-"""Long enough for bodies to touch, which the engine `rigid` has a kernel for."""
-
-ROUNDS = 2
-"""Blocks for each worker, at least, so that all have work until near the end."""
-
-WRITERS = 16
-"""Files that this process writes at a time."""
+WARM_UP_TICKS = 50  # long enough for bodies to touch, which the engine `rigid` has a kernel for
+ROUNDS = 2  # blocks for each worker, at least, so that all have work until near the end
+WRITERS = 16  # files that this process writes at a time
 
 
 @dataclass(frozen=True)
@@ -97,12 +91,12 @@ class Plan:
 
     def blocks(self, workers: int, threads: int = 1) -> list[EpisodeBlock]:
         """The episodes still to run, cut into blocks of nearly equal size."""
-        share = -(-self.n_todo // (ROUNDS * workers))
-        return [
-            EpisodeBlock(self._named[key], tuple(seeds.tolist()))
-            for key, todo in self.todo.items()
-            for seeds in _cut(todo, min(share, threads * worlds_in_a_block(self._named[key])))
-        ]
+        share, blocks = -(-self.n_todo // (ROUNDS * workers)), []
+        for key, todo in self.todo.items():
+            size = min(share, threads * worlds_in_a_block(self._named[key]))
+            for seeds in np.array_split(np.asarray(todo, np.uint64), -(-len(todo) // size)):
+                blocks.append(EpisodeBlock(self._named[key], tuple(seeds.tolist())))
+        return blocks
 
     def run(self, backend: Backend, tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
         """Run the missing episodes; yield the number of episodes of each block once it is written.
@@ -136,13 +130,9 @@ class Plan:
 
         `contents` are the files of their trajectories, by seed.
         """
-        stores = self.dataset, self.trajectories
-
-        def keep_one(episode: AnyEpisode) -> None:
-            _keep(stores, self._named[key], [episode], contents)
-
+        stores, own = (self.dataset, self.trajectories), self._named[key]
         with ThreadPoolExecutor(WRITERS) as pool:
-            list(pool.map(keep_one, episodes))
+            list(pool.map(lambda episode: _keep(stores, own, [episode], contents), episodes))
 
     def results(self) -> list[Any]:
         """All episodes, by controller, then seed, under the controllers' names as given."""
@@ -199,10 +189,6 @@ def warm_up(configuration: ExperimentConfig) -> None:
         meter.sample(tick)
 
 
-def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
-    return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
-
-
 def _run_block(
     block: EpisodeBlock, threads: int, is_recorded: bool, stores: Stores | None
 ) -> Ended:
@@ -231,8 +217,7 @@ def _keep(
     dataset.keep(configuration, episodes)
 
 
-NAMED = 20
-"""Files that a message names, at most."""
+NAMED = 20  # files that a message names, at most
 
 
 def run_with_progress(plan: Plan, backend: Backend) -> None:
@@ -251,18 +236,13 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
 
 def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
-    for dataset in (plan.dataset, plan.trajectories):
-        if dataset:
-            wanted = [dataset.place(each, s) for each in plan.configurations for s in plan.seeds]
-            _check_files(dataset, wanted)
-
-
-def _check_files(dataset: Dataset, wanted: Sequence[Path]) -> None:
-    if missing := dataset.missing(wanted):
-        names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
-        more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
-        raise OSError(
-            f"{dataset.name}: {len(missing)} of {len(wanted)} episodes are not there any more:"
-            f" {names}{more}; the results above count them, and the same command runs them again"
-            " where it needs them"
-        )
+    for dataset in filter(None, (plan.dataset, plan.trajectories)):
+        wanted = [dataset.place(each, s) for each in plan.configurations for s in plan.seeds]
+        if missing := dataset.missing(wanted):
+            names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
+            more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
+            raise OSError(
+                f"{dataset.name}: {len(missing)} of {len(wanted)} episodes are not there any more:"
+                f" {names}{more}; the results above count them, and the same command runs them"
+                " again where it needs them"
+            )

@@ -17,8 +17,7 @@ from swarm_forage_env.task import task_of
 
 FILE = Path(__file__).with_name("scores.json")
 
-ARENA = "es1"
-"""Where controllers are scored."""
+ARENA = "es1"  # where controllers are scored
 
 EPISODES = 10
 

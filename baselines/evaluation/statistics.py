@@ -8,6 +8,7 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,17 +18,10 @@ from swarm_forage_env.arrays import Array, Float64
 
 Values = Float64[Array, "..."]
 
-CONFIDENCE = 0.95
-"""Of all intervals."""
-
-RESAMPLES = 9999
-"""Drawn for an interval."""
-
-RUN_RESAMPLES = 2000
-"""Of the runs of learners, drawn for an interval."""
-
-BATCH = 1000
-"""Resamples held in memory at a time."""
+CONFIDENCE = 0.95  # of all intervals
+RESAMPLES = 9999  # drawn for an interval
+RUN_RESAMPLES = 2000  # of the runs of learners, drawn for an interval
+BATCH = 1000  # resamples held in memory at a time
 
 
 @dataclass(frozen=True)
@@ -139,7 +133,7 @@ def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate |
         return None
     values = np.concatenate([np.asarray(each, np.float64) for each in strata])
     varied = any(np.ptp(each) > 0.0 for each in strata if len(each))
-    low, high = map(float, _percentiles(iqm(drawn)))
+    low, high = map(float, middle(iqm(drawn)))
     return Estimate(float(iqm(values)), (low, high) if varied else None, len(values))
 
 
@@ -163,7 +157,7 @@ def performance_profile(
         raise ValueError("a performance profile needs at least one run")
     values = np.concatenate([np.asarray(each, np.float64) for each in strata])
     share = np.array([(values > tau).mean() for tau in taus])
-    ends = np.array([_percentiles((drawn > tau).mean(axis=-1)) for tau in taus])
+    ends = np.array([middle((drawn > tau).mean(axis=-1)) for tau in taus])
     return share, ends[:, 0], ends[:, 1]
 
 
@@ -186,7 +180,7 @@ def probability_of_improvement(
         x, b = (generator.choice(each, (RUN_RESAMPLES, len(each))) for each in sides)
         values.append(_wins(*(each[None] for each in sides))[0])
         draws.append(_wins(x, b))
-    low, high = map(float, _percentiles(np.mean(draws, axis=0)))
+    low, high = map(float, middle(np.mean(draws, axis=0)))
     n = sum(map(len, strata))
     return Estimate(float(np.mean(values)), (low, high) if low < high else None, n)
 
@@ -205,9 +199,10 @@ def _resampled(strata: Sequence[Sequence[float]], seed: int) -> Float64[Array, "
     return np.concatenate(parts, axis=1) if parts else None
 
 
-def _percentiles(values: Values) -> tuple[Values, Values]:
+def middle(values: Values, method: Literal["linear", "nearest"] = "linear") -> Values:
+    """The ends between which 95 % of the values lie, along their first axis."""
     tail = 50.0 * (1.0 - CONFIDENCE)
-    return tuple(np.percentile(values, [tail, 100.0 - tail], axis=0))
+    return np.asarray(np.percentile(values, [tail, 100.0 - tail], axis=0, method=method))
 
 
 def _ratio(x: Values, b: Values, seed: int) -> Estimate | None:

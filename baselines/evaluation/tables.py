@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, fields
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, Group
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from baselines.evaluation.episode import AnyEpisode, kind_of_episode, present_values
@@ -21,10 +21,8 @@ from baselines.evaluation.statistics import Estimate, compare, mean_interval
 class FittingTable:
     """Columns of numbers beside the names of controllers, in as many tables as the width takes."""
 
-    head: str
-    """Heading of the names."""
-    names: Sequence[str]
-    """What each row is of."""
+    head: str  # heading of the names
+    names: Sequence[str]  # what each row is of
     columns: Mapping[str, Sequence[Text]]
     """Cells of each column by its heading, a cell for each name."""
 
@@ -33,7 +31,8 @@ class FittingTable:
         widths = {heading: _width([Text(heading), *col]) for heading, col in self.columns.items()}
         names = [Text(name) for name in (self.head, *self.names)]
         if _width(names) + sum(widths.values()) > options.max_width:
-            names = [in_lines(name) for name in (self.head, *self.names)]
+            lines = (re.sub("([:,])", "\\1\n ", name.plain) for name in names)
+            names = [Text(name.replace("+", "\n +")) for name in lines]
         room = left = options.max_width - _width(names)
         parts: list[list[str]] = [[]]
         for heading, width in widths.items():
@@ -57,13 +56,7 @@ class FittingTable:
         return table
 
 
-def in_lines(name: str) -> Text:
-    """A controller's name, with its layers or parameters on lines below."""
-    return Text(re.sub("([:,])", "\\1\n ", name).replace("+", "\n +"))
-
-
 def _width(texts: Sequence[Text]) -> int:
-    """Width of a column, with the space beside it."""
     return 1 + max(cell_len(line) for text in texts for line in text.plain.split("\n"))
 
 
@@ -71,12 +64,6 @@ NOT_APPLICABLE = "n/a"
 
 EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
 """Episodes by controller, the seeds in the same order for each."""
-
-
-def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]:
-    """Group episodes by controller, in the order of their first appearance."""
-    names = dict.fromkeys(episode.controller for episode in episodes)
-    return {name: [each for each in episodes if each.controller == name] for name in names}
 
 
 def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
@@ -103,7 +90,9 @@ def _without(left_out: Sequence[str], episode: AnyEpisode) -> dict[str, object]:
 
 def report(episodes: Sequence[AnyEpisode]) -> Group:
     """The tables of means and, for several controllers, of comparisons with the first."""
-    groups = by_controller(episodes)
+    groups: dict[str, list[AnyEpisode]] = {}
+    for episode in episodes:
+        groups.setdefault(episode.controller, []).append(episode)
     first = next(iter(groups.values()))
     head, kind = first[0], kind_of_episode(first[0])
     title = (
@@ -111,7 +100,7 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
         f" seeds {head.seed} to {first[-1].seed}"
     )
     always = [metric for metric in kind.columns if metric not in kind.sometimes]
-    others = [metric for metric in kind.columns if metric in kind.sometimes]
+    others = (metric for metric in kind.columns if metric in kind.sometimes)
     present = [metric for metric in others if present_values(episodes, metric)]
     parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
     if present:
@@ -176,6 +165,15 @@ def _formatted(estimate: Estimate, between: str) -> tuple[str, str]:
     decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
     value, *ends = (f"{x:.{decimals}f}" for x in (estimate.value, *(estimate.interval or ())))
     return value, between.join(ends) or NOT_APPLICABLE
+
+
+def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str | Text]]) -> Table:
+    """A table for a terminal, whose cells are broken where they must."""
+    columns = (Column(Text(head), overflow="fold") for head in heads)
+    table = Table(*columns, box=None, padding=(0, 1, 0, 0))
+    for row in rows:
+        table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
+    return table
 
 
 def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

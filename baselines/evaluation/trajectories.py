@@ -22,11 +22,8 @@ from swarm_forage_env.global_state import TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task, task_of
 
-ENDING = ".trajectory.parquet"
-"""Of the names of files, by which readers of episodes pass over them."""
-
-GROUP_ROWS = 200_000
-"""Rows of all worlds that are held before they are compressed, about."""
+ENDING = ".trajectory.parquet"  # of the names of files, by which readers of episodes pass over them
+GROUP_ROWS = 200_000  # rows of all worlds that are held before they are compressed, about
 
 COMPRESSION = {"compression": "zstd", "write_page_checksum": True, "use_dictionary": False}
 """How a file is written. Of floats the bytes are sorted by their place: they compress better."""

@@ -39,26 +39,19 @@ def recorded(file: Path, replay: Replay, swarm: int) -> Iterator[Take]:
         replay.write(file)
 
 
-MAX_CONTROLLERS = 2
-"""Controllers that are shown side by side, at most."""
+MAX_CONTROLLERS = 2  # controllers that are shown side by side, at most
 
 
 @dataclass(frozen=True)
 class WatchOptions:
     """Options of the command `watch`: how an episode is shown."""
 
-    speed: float = 10.0
-    """Multiple of real time."""
-    size: int = 720
-    """Width of pictures [px]."""
-    select: int | None = None
-    """The robot whose beliefs are drawn."""
-    start: float = 0.0
-    """Time of the episode at which it begins to be shown [s]."""
-    seconds: float | None = None
-    """For how long, in the episode's time [s]; None: to its end."""
-    drive: int | None = None
-    """The robot that the user drives by the arrow keys, in a window."""
+    speed: float = 10.0  # multiple of real time
+    size: int = 720  # width of pictures [px]
+    select: int | None = None  # the robot whose beliefs are drawn
+    start: float = 0.0  # time of the episode at which it begins to be shown [s]
+    seconds: float | None = None  # for how long, in the episode's time [s]; None: to its end
+    drive: int | None = None  # the robot that the user drives by the arrow keys, in a window
     video: Path | None = None
     html: Path | None = None
     frame: Path | None = None
@@ -67,11 +60,6 @@ class WatchOptions:
     def in_a_window(self) -> bool:
         """Whether no file is written, so that a window opens."""
         return not (self.video or self.html or self.frame)
-
-    @property
-    def needs_pictures(self) -> bool:
-        """Whether anything is painted, which takes pygame."""
-        return not self.html or bool(self.video or self.frame)
 
 
 def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
@@ -189,7 +177,7 @@ def _recorders(
         replay = Replay(stage, chosen.seeds()[0], command, opening=opening)
         for swarm, own in enumerate(recorders):
             own.append(recorded(options.html, replay, swarm))
-    if options.needs_pictures:  # ImportError without pygame
+    if options.video or options.frame or not options.html:  # ImportError without pygame
         from baselines.evaluation import image_recorders as images
 
         recorders[0] += [images.video(stage, options)] if options.video else []
@@ -198,19 +186,15 @@ def _recorders(
     return recorders
 
 
-def _check_robot(option: str, robot: int | None, stage: Stage) -> None:
-    if robot is not None and not 0 <= robot < stage.n_robots:
-        raise ConfigError(
-            f"{option}={robot}: must be 0 to {stage.n_robots - 1}, a robot of {stage.scenario}"
-        )
-
-
 def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     """Check the options and fill in the length; ConfigError for what cannot be shown."""
     checked_speed(options.speed)
     checked_size(options.size)
-    _check_robot("--select", options.select, stage)
-    _check_robot("--drive", options.drive, stage)
+    for option, robot in (("--select", options.select), ("--drive", options.drive)):
+        if robot is not None and not 0 <= robot < stage.n_robots:
+            raise ConfigError(
+                f"{option}={robot}: must be 0 to {stage.n_robots - 1}, a robot of {stage.scenario}"
+            )
     if options.drive is not None and (options.start or not options.in_a_window):
         raise ConfigError(
             f"--drive={options.drive}: a robot is driven in a window, from the start on; leave out"

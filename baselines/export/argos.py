@@ -26,14 +26,10 @@ from swarm_forage_env.foraging.scenario import Scenario
 
 Point = Sequence[float]
 
-WALL = 0.02
-"""Thickness of the arena's walls [m], outside of it."""
-HEIGHT = 0.2
-"""Height of walls and obstacles [m]."""
-MOST_ROBOTS = 256
-"""The number of a robot is a byte of its messages."""
-A_METRE = 400
-"""Pixels of the floor."""
+WALL = 0.02  # thickness of the arena's walls [m], outside of it
+HEIGHT = 0.2  # height of walls and obstacles [m]
+MOST_ROBOTS = 256  # the number of a robot is a byte of its messages
+A_METRE = 400  # pixels of the floor
 
 
 def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:

@@ -43,12 +43,9 @@ COMPILE = {
 class Weight:
     """What an exported controller takes [bytes]."""
 
-    code: int
-    """Machine code and its constants."""
-    data: int
-    """Numbers of the layers, as those of a network: constants too."""
-    ram: int
-    """What a robot keeps; its stack comes to this."""
+    code: int  # machine code and its constants
+    data: int  # numbers of the layers, as those of a network: constants too
+    ram: int  # what a robot keeps; its stack comes to this
 
     @property
     def flash(self) -> int:
@@ -178,7 +175,6 @@ def _data(exported: ExportedRobot, data: Mapping[str, Array]) -> str:
 
 
 def _code_size(content: bytes) -> int:
-    """The bytes of code and constants in object code."""
     sections = object_file.ObjectFileRef.from_data(content).sections()
     wanted = b".text", b".rodata", b".data", b"CODE", b"DATA"
     return sum(each.size() for each in sections if (each.name() or b"").startswith(wanted))

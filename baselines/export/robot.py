@@ -40,8 +40,7 @@ apply_action: Kernel
 VIEWS = {"swarm": "robots", "voices": "minds", "robot_words": "robots", "mind_words": "minds"}
 """Further names under which a policy is handed records: which they are."""
 
-TICK = 0
-"""Asks for a tick; a larger number to start the stream of a cause, less one, from a seed."""
+TICK = 0  # asks for a tick; a larger number to start the stream of a cause, less one, from a seed
 
 
 def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
@@ -106,8 +105,7 @@ class RobotRecords:
     robots: Array
     minds: Array
     memories: Array
-    shared: Array
-    """Nothing: no estimator that is exported keeps something of pairs."""
+    shared: Array  # nothing: no estimator that is exported keeps something of pairs
     settings: Array
 
 

@@ -19,8 +19,7 @@ Vector = Float32[Array, "2"]
 Ways = Float32[Array, "5 2"] | tuple[Vector, Vector, Vector, Vector, Vector]
 """Where each rule points, body frame."""
 
-Gains = Float64[Array, "5"]
-"""The gain of each rule."""
+Gains = Float64[Array, "5"]  # the gain of each rule
 
 Stimuli = Float32[Array, "3"] | tuple[float, float, float]
 """Robots seen, uncertainty and distance from dead reckoning: each as a share of the highest."""

@@ -33,8 +33,7 @@ from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import Share
 from swarm_forage_env.record import Numbers, field
 
-BLACK_BELOW = 0.25
-"""Floor that looks darker than this is black."""
+BLACK_BELOW = 0.25  # floor that looks darker than this is black
 
 
 class GatheringCourse(Course):

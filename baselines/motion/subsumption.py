@@ -33,8 +33,7 @@ from swarm_forage_env.interface import Kernel, MotionLayer
 from swarm_forage_env.parameters import NotNegative, Parameters, Positive, Share
 from swarm_forage_env.record import Numbers, Record, field
 
-Wheels = Float32[Array, "2"]
-"""The wheel speeds, left and right, as shares of the highest."""
+Wheels = Float32[Array, "2"]  # the wheel speeds, left and right, as shares of the highest
 
 KEEP_RIGHT = -math.pi / 6.0
 """Robots pass each other on the right, but pass an obstacle right of this on the left [rad]

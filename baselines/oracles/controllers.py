@@ -17,8 +17,7 @@ from swarm_forage_env.registry import REFERENCES
 class Oracle(LayeredController):
     """A controller with a layer that knows the ground truth: for comparison only."""
 
-    is_privileged: ClassVar[bool] = True
-    """No environment runs it."""
+    is_privileged: ClassVar[bool] = True  # no environment runs it
 
 
 NAMED = (

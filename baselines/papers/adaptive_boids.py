@@ -29,11 +29,12 @@ from typing import ClassVar, cast
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
 from baselines.papers.claim_types import Claim, Order, Verdict
 from baselines.papers.experiments import Experiment, Results, sample
-from baselines.papers.figures import PaperFigure, caption_of
+from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import PAPERS, Paper
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
@@ -234,44 +235,28 @@ def claims() -> list[Claim]:
 
 
 @dataclass(frozen=True)
-class OverDensity:
+class OverDensity(PaperFigure):
     """Figure of a measure over the density of robots, a panel for each estimator."""
 
-    number: int  # of the figure in the paper
+    name: str
+    caption: str
     setting: str
     measure: Measure
-    reading: ClassVar[str] = ""
-
-    @property
-    def name(self) -> str:
-        """Name of the file, without ending."""
-        return f"boids{self.number}_{self.setting}"
-
-    @property
-    def caption(self) -> str:
-        """The caption, without the command."""
-        dots = " Crosses: the authors' values." if self.setting == "authors" else ""
-        return (
-            f"BOIDS Fig. {self.number}, setting {self.setting}. {self.measure.words.capitalize()}"
-            f" over the density of robots; mean and 1 standard deviation.{dots}"
-        )
+    counted: ClassVar[str] = "trials"
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiments whose episodes are used."""
         return all_experiments(self.setting)
 
-    def draw(self, results: Results, command: str) -> Figure:
-        """Draw the figure, with the command that made it in the caption."""
+    def _draw(self, results: Results, caption: Caption) -> Figure:
         panels = {
             words: {rule: self._bars(results, estimator, rule) for rule in RULES}
             for estimator, words in ESTIMATORS.items()
         }
-        caption = caption_of(self, results, command, "trials")
+        axes = "robots per m$^2$", self.measure.axis
         controllers = {rule: f"boids-{rule}" for rule in RULES}
-        return mean_panels(
-            panels, ("robots per m$^2$", self.measure.axis), caption, True, controllers
-        )
+        return mean_panels(panels, axes, caption, True, controllers)
 
     def _bars(self, results: Results, estimator: str, rule: str) -> Means:
         ours = [
@@ -288,8 +273,17 @@ class OverDensity:
 
 def figures() -> list[PaperFigure]:
     """BOIDS Figures 4 to 7, in both settings."""
+    text = (
+        "BOIDS Fig. {}, setting {}. {} over the density of robots; mean and 1 standard deviation."
+    )
+    dots = {"authors": " Crosses: the authors' values.", "corrected": ""}
     return [
-        OverDensity(number, setting, measure)
+        OverDensity(
+            f"boids{number}_{setting}",
+            text.format(number, setting, measure.words.capitalize()) + dots[setting],
+            setting,
+            measure,
+        )
         for setting in SETTINGS
         for number, measure in enumerate(MEASURES, start=4)
     ]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from baselines.evaluation.statistics import CONFIDENCE, Estimate, compare
+from baselines.evaluation.statistics import Estimate, compare, middle
 from baselines.papers.claim_types import Claim, Effect, Verdict, above, order_effect
 from baselines.papers.experiments import (
     CrossValidatedBest,
@@ -50,10 +50,9 @@ class BetaSweep:
         n_seeds = trips.shape[1]
         draws = np.random.default_rng(0).integers(n_seeds, size=(RESAMPLES, n_seeds))
         winners = trips[:, draws].mean(axis=2).argmax(axis=0)
-        tail = 50.0 * (1.0 - CONFIDENCE)
-        low, high = np.percentile(winners, [tail, 100.0 - tail], method="nearest")
-        interval = BETAS[int(low)], BETAS[int(high)]
-        return Estimate(BETAS[int(trips.mean(axis=1).argmax())], interval, n_seeds)
+        low, high = map(int, middle(winners, "nearest"))
+        best = BETAS[int(trips.mean(axis=1).argmax())]
+        return Estimate(best, (BETAS[low], BETAS[high]), n_seeds)
 
 
 @dataclass(frozen=True)

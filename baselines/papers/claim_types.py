@@ -167,15 +167,11 @@ class Number(Claim):
 
     def _verdict(self, results: Results) -> Verdict:
         ours = estimate(sample(results, self.source, self.metric))
-        margin = self.tolerance * self.published
-        near = within(ours, self.published - margin, self.published + margin)
-        return self.published, ours, near, None
+        return self.published, ours, within(ours, *band(self)), None
 
     def effects(self, results: Results) -> list[Effect]:
         """The mean lies in the band."""
-        margin = self.tolerance * self.published
-        values = sample(results, self.source, self.metric)
-        return [mean_effect(values, self.published - margin, self.published + margin)]
+        return [mean_effect(sample(results, self.source, self.metric), *band(self))]
 
 
 @dataclass(frozen=True)
@@ -235,21 +231,19 @@ class Ratio(Claim):
     metric: Metric = round_trips
 
     def _verdict(self, results: Results) -> Verdict:
-        ours = compare(
-            sample(results, self.numerator, self.metric),
-            sample(results, self.denominator, self.metric),
-        ).ratio
-        margin = self.tolerance * self.published
-        near = ours is not None and within(ours, self.published - margin, self.published + margin)
-        return self.published, ours, near, None
+        ours = compare(*both(results, self.numerator, self.denominator, self.metric)).ratio
+        return self.published, ours, ours is not None and within(ours, *band(self)), None
 
     def effects(self, results: Results) -> list[Effect]:
         """The ratio lies in the band."""
-        margin = self.tolerance * self.published
-        values, base = (
-            sample(results, each, self.metric) for each in (self.numerator, self.denominator)
-        )
-        return [Effect(values, base, self.published - margin, self.published + margin)]
+        sides = both(results, self.numerator, self.denominator, self.metric)
+        return [Effect(*sides, *band(self))]
+
+
+def band(claim: Number | Ratio) -> tuple[float, float]:
+    """The numbers that are near the published one."""
+    margin = claim.tolerance * claim.published
+    return claim.published - margin, claim.published + margin
 
 
 @dataclass(frozen=True)
@@ -262,7 +256,7 @@ class Order(Claim):
     metric: Metric = round_trips
 
     def _verdict(self, results: Results) -> Verdict:
-        sides = [present_pairs(results, more, less, self.metric) for more, less in self.pairs]
+        sides = [present_pairs(results, *each, self.metric) for each in self.pairs]
         if not all(len(higher) for higher, _ in sides):
             return "> 1", None, False, None
         comparisons = [compare(*each) for each in sides]
@@ -273,10 +267,8 @@ class Order(Claim):
 
     def effects(self, results: Results) -> list[Effect]:
         """In every pair one lies above the other."""
-        return [
-            order_effect(*present_pairs(results, more, less, self.metric))
-            for more, less in self.pairs
-        ]
+        sides = (present_pairs(results, *each, self.metric) for each in self.pairs)
+        return [order_effect(*each) for each in sides]
 
 
 @dataclass(frozen=True)
@@ -289,16 +281,14 @@ class NoDifference(Claim):
     metric: Metric = round_trips
 
     def _verdict(self, results: Results) -> Verdict:
-        comparison = compare(
-            sample(results, self.one, self.metric), sample(results, self.other, self.metric)
-        )
+        comparison = compare(*both(results, self.one, self.other, self.metric))
         same = comparison.p is None or comparison.p >= INDISTINCT
         return 1.0, comparison.ratio, same, comparison.p
 
     def effects(self, results: Results) -> list[Effect]:
         """The two means are equivalent."""
-        values, base = (sample(results, each, self.metric) for each in (self.one, self.other))
-        return [Effect(values, base, 1.0 - MARGIN, 1.0 + MARGIN)]
+        sides = both(results, self.one, self.other, self.metric)
+        return [Effect(*sides, 1.0 - MARGIN, 1.0 + MARGIN)]
 
 
 @dataclass(frozen=True)
@@ -319,10 +309,17 @@ class Contrast(Claim):
         return [order_effect(*self.contrast(results))]
 
 
+def both(
+    results: Results, one: Source | Pool, other: Source | Pool, metric: Metric
+) -> tuple[list[float], list[float]]:
+    """The metric of both sources for each seed."""
+    return sample(results, one, metric), sample(results, other, metric)
+
+
 def present_pairs(
     results: Results, one: Source, other: Source, metric: Metric
 ) -> tuple[list[float], list[float]]:
     """The metric of both sources, for each seed under which both have one."""
-    pairs = zip(sample(results, one, metric), sample(results, other, metric), strict=True)
+    pairs = zip(*both(results, one, other, metric), strict=True)
     finite = [(a, b) for a, b in pairs if not (math.isnan(a) or math.isnan(b))]
     return [a for a, _ in finite], [b for _, b in finite]

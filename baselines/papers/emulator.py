@@ -17,8 +17,7 @@ from swarm_forage_env.arrays import Array, Float64
 
 PENALTY, FOLDS = 10.0, 8
 
-Draws = Float64[Array, "draws numbers"]
-"""Points of the unit cube, on which the prior is even."""
+Draws = Float64[Array, "draws numbers"]  # points of the unit cube, on which the prior is even
 
 
 @dataclass(frozen=True)
@@ -26,8 +25,7 @@ class Emulator:
     """A regression of several outputs."""
 
     coefficients: Float64[Array, "terms outputs"]
-    errors: Float64[Array, " outputs"]
-    """Standard deviations of the outputs about the regression."""
+    errors: Float64[Array, " outputs"]  # standard deviations of the outputs about the regression
 
     @classmethod
     def fit(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,7 +24,6 @@ from baselines.evaluation.figure_page import (
 from baselines.evaluation.line_plots import BANDS, Means, curve_panels, mean_curve
 from baselines.evaluation.plot_style import INK
 from baselines.papers.experiments import (
-    HasExperiments,
     Metric,
     Results,
     Source,
@@ -37,50 +36,39 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
 """Files of each figure, by page style."""
 
-WIDEST = 1.5
-"""The colours of a heat map end at 2^1.5 times as many, and as few."""
-
-DARK = 0.9
-"""From here on the colours of a heat map are dark."""
-
-Against = tuple[Source, Source]
-"""A source, and the base that it is held against."""
+WIDEST = 1.5  # the colours of a heat map end at 2^1.5 times as many, and as few
+DARK = 0.9  # from here on the colours of a heat map are dark
+Against = tuple[Source, Source]  # a source, and the base that it is held against
 
 
-class PaperFigure(HasExperiments, Protocol):
-    """Protocol of a figure of a paper."""
+class PaperFigure(UsesFields):
+    """Base of the figures of a paper."""
 
-    @property
-    def name(self) -> str:
-        """Name of the file, without ending: `tr14`."""
-
-    @property
-    def caption(self) -> str:
-        """The caption, without the command."""
-
-    @property
-    def reading(self) -> str:
-        """How boxes, bands or bars are to be read; empty where the caption says it."""
+    name: str  # of the file, without ending: `tr14`
+    caption: str  # without the command
+    reading: ClassVar[str] = ""  # how boxes, bands or bars are to be read
+    counted: ClassVar[str] = "episodes"
 
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption."""
+        return self._draw(results, caption_of(self, results, command))
+
+    def _draw(self, results: Results, caption: Caption) -> Figure:
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
-class Boxes(UsesFields):
+class Boxes(PaperFigure):
     """Box plots of a metric, a panel for each setup."""
 
     name: str
     caption: str
     axes: tuple[str, str]  # names of x and y
-    panels: Mapping[str, Mapping[str, Mapping[str, Source]]]
-    """Sources by panel, tick of x and series."""
+    panels: Mapping[str, Mapping[str, Mapping[str, Source]]]  # by panel, tick of x and series
     metric: Metric = round_trips  # NaN leaves an episode out
     reading: ClassVar[str] = BOXES
 
-    def draw(self, results: Results, command: str) -> Figure:
-        """Draw the figure, with the command that made it in the caption."""
-
+    def _draw(self, results: Results, caption: Caption) -> Figure:
         def values(source: Source) -> list[float]:
             numbers = [self.metric(episode) for episode in source.draw(results)]
             return [value for value in numbers if not math.isnan(value)]
@@ -92,7 +80,6 @@ class Boxes(UsesFields):
             }
             for title, panel in self.panels.items()
         }
-        caption = caption_of(self, results, command)
         controllers = controllers_of(
             (name or tick, source)
             for panel in self.panels.values()
@@ -103,7 +90,7 @@ class Boxes(UsesFields):
 
 
 @dataclass(frozen=True)
-class Curves(UsesFields):
+class Curves(PaperFigure):
     """Mean curves over time or number of robots, a panel for each setup."""
 
     name: str
@@ -113,8 +100,7 @@ class Curves(UsesFields):
     curve: Callable[[Sequence[ForagingEpisode]], Means]
     reading: ClassVar[str] = BANDS
 
-    def draw(self, results: Results, command: str) -> Figure:
-        """Draw the figure, with the command that made it in the caption."""
+    def _draw(self, results: Results, caption: Caption) -> Figure:
         panels = {
             title: {name: self.curve(source.draw(results)) for name, source in panel.items()}
             for title, panel in self.panels.items()
@@ -122,11 +108,11 @@ class Curves(UsesFields):
         controllers = controllers_of(
             each for panel in self.panels.values() for each in panel.items()
         )
-        return curve_panels(panels, self.axes, caption_of(self, results, command), controllers)
+        return curve_panels(panels, self.axes, caption, controllers)
 
 
 @dataclass(frozen=True)
-class RatioMaps(UsesFields):
+class RatioMaps(PaperFigure):
     """Heat maps of round trips as a multiple of those of a base, a panel for each setup."""
 
     name: str
@@ -135,8 +121,7 @@ class RatioMaps(UsesFields):
     """By panel, row and column; of a base against itself its round trips are shown."""
     reading: ClassVar[str] = "White: as many; blue: more; red: fewer."
 
-    def draw(self, results: Results, command: str) -> Figure:
-        """Draw the figure, with the command that made it in the caption."""
+    def _draw(self, results: Results, caption: Caption) -> Figure:
         figure, panels = panel_grid(len(self.panels), 3.6, 2.0)
         for axes, (title, rows) in zip(panels, self.panels.items(), strict=True):
             columns = list(next(iter(rows.values())))
@@ -144,7 +129,7 @@ class RatioMaps(UsesFields):
             axes.set_xticks(range(len(columns)), columns)
             axes.set_yticks(range(len(rows)), list(rows))
             label_panel(axes, title, ("", ""))
-        return finish_figure(figure, panels, caption_of(self, results, command))
+        return finish_figure(figure, panels, caption)
 
 
 def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]) -> None:
@@ -171,13 +156,11 @@ def ratio_of_trips(results: Results, source: Source, base: Source) -> float:
     return mean_trips(results, source) / trips if trips else math.nan
 
 
-def caption_of(
-    figure: PaperFigure, results: Results, command: str, word: str = "episodes"
-) -> Caption:
+def caption_of(figure: PaperFigure, results: Results, command: str) -> Caption:
     """The caption of a figure of a paper; all experiments have as many episodes."""
     n = len(next(iter(results.values())))
-    text = " ".join(part for part in (figure.caption, figure.reading) if part)
-    return Caption(text, f"n = {n} {word} each", command, n=n)
+    text = f"{figure.caption} {figure.reading}".rstrip()
+    return Caption(text, f"n = {n} {figure.counted} each", command, n=n)
 
 
 def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:

@@ -29,27 +29,22 @@ from baselines.papers.open_search import (
     Measured,
     chance,
     distance,
-    draws_in,
-    episodes_in,
     load,
     measure,
     numbers_of,
+    sets_of,
 )
 from baselines.papers.paper import PAPERS
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 
-ARENAS = "es1", "es2"
-"""Of the search."""
-
-N_PRIOR = 100_000
-"""Draws of the prior that posteriors are weights of."""
+ARENAS = "es1", "es2"  # of the search
+N_PRIOR = 100_000  # draws of the prior that posteriors are weights of
 
 CHECK_SEED = 6000
 CHECKED = {"es1": 4, "real": 4, "es2": 1, "es3": 1, "ants2008": 1}
 """Worlds that a set is checked in, by arena, from `CHECK_SEED`."""
 
-DISTANCES = (1.8, 2.4, 3.0, 3.6)
-"""Of the areas of es3 [m]."""
+DISTANCES = (1.8, 2.4, 3.0, 3.6)  # of the areas of es3 [m]
 
 
 @cache
@@ -98,22 +93,17 @@ def held(episodes: Sequence[Measured], arenas: Sequence[str]) -> dict[str, bool]
 class Sets:
     """The sets of a file, judged; the first is today's."""
 
-    draws: Draws
-    """Where they lie in the unit cube."""
-    prior: Draws
-    """Draws of the prior."""
+    draws: Draws  # where they lie in the unit cube
+    prior: Draws  # draws of the prior
     posterior: Float64[Array, "2 draws"]
     """Their weights in the posterior of es1, and of es1 and es2."""
-    numbers: Mapping[str, Float64[Array, "sets numbers"]]
-    """Ours of the published numbers, by arena."""
-    far: Mapping[str, Float64[Array, " sets"]]
-    """Their distances from them."""
+    numbers: Mapping[str, Float64[Array, "sets numbers"]]  # ours of the published numbers, by arena
+    far: Mapping[str, Float64[Array, " sets"]]  # their distances from them
     best_betas: Mapping[str, Mapping[str, int]]
     """In how many sets SSGIFF makes most round trips at a beta."""
     held: Sequence[Mapping[str, bool]]
     """Whether each claim holds, of the arenas in which all controllers were measured."""
-    scores: Int64[Array, "sets arenas"]
-    """How many claims hold; -1 where they were not all measured."""
+    scores: Int64[Array, "sets arenas"]  # how many claims hold; -1 where they were not all measured
 
     @property
     def near(self) -> Bool[Array, " sets"]:
@@ -131,8 +121,7 @@ class Sets:
 
 def sets_in(file: Path) -> Sets:
     """Judge the sets of a file."""
-    table = load(file)
-    draws, episodes = draws_in(table), episodes_in(table)
+    draws, episodes = sets_of(load(file))
     prior = np.random.default_rng(0).random((N_PRIOR, len(PRIOR)))
     es1, es2 = (chance(prior, draws, episodes, arena) for arena in ARENAS)
     numbers = {a: np.array([numbers_of(each, a) for each in episodes]) for a in ARENAS}

@@ -48,11 +48,8 @@ COMMAND = "python -m baselines.papers.open_numbers"
 FILE = Path("docs/papers/open_numbers.parquet")
 EPISODES = Path("runs/open_numbers/episodes")
 LEFT_OPEN = "open_prior", "open_search", "emulator", "open_claims"
-GIVEN = "es1", "es1 and es2"
-"""What a posterior is given."""
-
-GOAL = 10_000
-"""Sets that the search is for."""
+GIVEN = "es1", "es1 and es2"  # what a posterior is given
+GOAL = 10_000  # sets that the search is for
 
 
 def cell(value: Value) -> str:

@@ -169,16 +169,11 @@ def load(file: Path) -> pa.Table:
     return pq.read_table(file) if file.exists() else pa.table({})
 
 
-def episodes_in(table: pa.Table) -> list[list[Measured]]:
-    """The episodes of each set."""
-    rows = table["episodes"].to_pylist() if table.num_rows else []
-    return [[Measured(**each) for each in row] for row in rows]
-
-
-def draws_in(table: pa.Table) -> Draws:
-    """The place of each set in the unit cube."""
-    rows = table["draw"].to_pylist() if table.num_rows else []
-    return np.asarray(np.array(rows, float).reshape(-1, len(PRIOR)))
+def sets_of(table: pa.Table) -> tuple[Draws, list[list[Measured]]]:
+    """The place of each set in the unit cube, and its episodes."""
+    rows = table.select(["draw", "episodes"]).to_pylist() if table.num_rows else []
+    draws = np.array([row["draw"] for row in rows], float).reshape(-1, len(PRIOR))
+    return draws, [[Measured(**each) for each in row["episodes"]] for row in rows]
 
 
 def inputs(draws: Draws, arena: str) -> Draws:
@@ -232,7 +227,7 @@ def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) 
 def search(file: Path, n_sets: int, seed: int) -> None:
     """Draw and measure sets until the file holds `n_sets`."""
     table = load(file)
-    draws, episodes = draws_in(table), episodes_in(table)
+    draws, episodes = sets_of(table)
     while len(draws) < n_sets:
         new = next_draws(draws, episodes, seed).astype(np.float32).astype(float)
         sets = [values_of(each) for each in new]

@@ -9,19 +9,15 @@ from inspect import getdoc
 from string import Template
 
 from rich.console import Group
-from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.tables import markdown, p_value
+from baselines.evaluation.tables import markdown, p_value, plain_table
 from baselines.papers.claim_types import MARGIN, ClaimResult
 from baselines.papers.experiments import Results
-from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import Paper
 from baselines.papers.sequential import ERROR, LOOKS, Decided, count, decided_markdown
 
 HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
-
-MISSING = "-"
 
 
 def to_json(claim_results: Sequence[ClaimResult]) -> str:
@@ -32,13 +28,11 @@ def to_json(claim_results: Sequence[ClaimResult]) -> str:
 
 def claims_table(claim_results: Sequence[ClaimResult]) -> Group:
     """The claims table for a terminal."""
-    table = Table(box=None, padding=(0, 1, 0, 0))
-    for heading in HEADINGS:
-        table.add_column(Text(heading), overflow="fold")
+    rows: list[list[str | Text]] = []
     for each in claim_results:
         *cells, verdict = _cells(each)
-        table.add_row(*map(Text, cells), Text(verdict, style="green" if each.reproduced else "red"))
-    return Group(table, Text(score(claim_results), style="bold"))
+        rows.append([*cells, Text(verdict, "green" if each.reproduced else "red")])
+    return Group(plain_table(HEADINGS, rows), Text(score(claim_results), "bold"))
 
 
 def claims_markdown(claim_results: Sequence[ClaimResult]) -> str:
@@ -60,7 +54,11 @@ def page(
     decided: Sequence[Decided] = (),
 ) -> str:
     """The Markdown page of a paper: its template with the results filled in."""
-    figures = "\n\n".join(map(_figure, paper.figures))
+    figures = "\n\n".join(
+        f"![{each.caption}](figures/{each.name}.png)\n\n"
+        f"*{f'{each.caption} {each.reading}'.rstrip()}*"
+        for each in paper.figures
+    )
     missed = [f"- {each.claim}" for each in claim_results if not each.reproduced]
     text = (files("baselines.papers") / "pages" / f"{paper.page}.md").read_text("utf-8")
     return Template(text).substitute(
@@ -90,15 +88,9 @@ is {ERROR:.0%} at most, by Bonferroni's bound over {len(LOOKS)} looks
 
 
 def _decided(decided: Sequence[Decided]) -> str:
-    """The section of decisions; nothing without any."""
     if not decided:
         return ""
     return f"{DECIDED}\n\n{count(decided)}.\n\n{decided_markdown(decided)}\n\n"
-
-
-def _figure(figure: PaperFigure) -> str:
-    words = " ".join(part for part in (figure.caption, figure.reading) if part)
-    return f"![{figure.caption}](figures/{figure.name}.png)\n\n*{words}*"
 
 
 def left_open(place: str) -> str:
@@ -115,17 +107,16 @@ def left_open(place: str) -> str:
 def _cells(result: ClaimResult) -> tuple[str, str, str, str, str, str]:
     published = result.published
     low, high = result.low, result.high
-    interval = MISSING if low is None or high is None else f"{_number(low)} to {_number(high)}"
+    interval = "-" if low is None or high is None else f"{_number(low)} to {_number(high)}"
     return (
         result.claim,
         published if isinstance(published, str) else _number(published),
-        MISSING if result.ours is None else _number(result.ours),
+        "-" if result.ours is None else _number(result.ours),
         interval,
-        MISSING if result.p is None else p_value(result.p),
+        "-" if result.p is None else p_value(result.p),
         "yes" if result.reproduced else "no",
     )
 
 
 def _number(value: float) -> str:
-    """Format a number with three digits; whole numbers whole."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"

@@ -23,10 +23,8 @@ from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
 PROBE = 0.3  # computing time of a probe, and as much again to let the robots meet [s]
-ADAPTIVE = "adaptive"
-"""The number of episodes that is as many as decide each claim."""
-
 BEAT = 20  # ticks between two looks at the clock
+ADAPTIVE = "adaptive"  # the number of episodes that is as many as decide each claim
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:
@@ -38,14 +36,12 @@ def expected_seconds(plan: Plan, workers: int) -> float:
     speeds: dict[str, float] = {}
     total = 0.0
     for key, configuration in {each.key: each for each in plan.configurations}.items():
-        todo = len(plan.todo.get(key, ()))
-        if todo == 0:
-            continue
-        scenario = configuration.scenario
-        known = f"{scenario.name} {scenario.task.n_robots}"
-        if known not in speeds:
-            speeds[known] = seconds_per_tick(configuration)
-        total += todo * scenario.n_ticks * speeds[known]
+        if key in plan.todo:
+            scenario = configuration.scenario
+            known = f"{scenario.name} {scenario.task.n_robots}"
+            if known not in speeds:
+                speeds[known] = seconds_per_tick(configuration)
+            total += len(plan.todo[key]) * scenario.n_ticks * speeds[known]
     return total / workers
 
 
@@ -55,30 +51,16 @@ def seconds_per_tick(configuration: ExperimentConfig) -> float:
     n_worlds = worlds_in_a_block(configuration)
     scenario, controller = configuration.scenario, configuration.controller
     loop = Loop(scenario, controller, range(n_worlds), configuration.physics)
-    run_for(loop, PROBE)
-    ticks, seconds = run_for(loop, PROBE)
-    return seconds / ticks / n_worlds
-
-
-def run_for(loop: Loop, seconds: float) -> tuple[int, float]:
-    """Run a loop for about this computing time; return the ticks and the time they took [s]."""
-    ticks, begin = 0, time.perf_counter()
-    while (spent := time.perf_counter() - begin) < seconds:
-        loop.run(BEAT)
-        ticks += BEAT
-    return ticks, spent
+    for _ in range(2):  # the second counts
+        ticks, begin = 0, time.perf_counter()
+        while (spent := time.perf_counter() - begin) < PROBE:
+            loop.run(BEAT)
+            ticks += BEAT
+    return spent / ticks / n_worlds
 
 
 def format_duration(seconds: float) -> str:
-    """Format a duration for a reader.
-
-    >>> format_duration(5400.0)
-    '1.5 h'
-    >>> format_duration(90.0)
-    '2 min'
-    >>> format_duration(4.0)
-    '4 s'
-    """
+    """Format a duration for a reader: 1.5 h, 2 min or 4 s."""
     if seconds >= 3600.0:
         return f"{seconds / 3600.0:.1f} h"
     return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
@@ -147,7 +129,6 @@ class Reproduction:
         self.decided = decide_all(self.paper.claims, run)
 
     def _plan(self, experiments: Sequence[Experiment], n: int) -> Plan:
-        """The episodes of some experiments under the first n seeds."""
         of = self.options
         configurations = [each.configuration(of.physics, of.settings) for each in experiments]
         return Plan(configurations, seeds_from(of.seed, n), self._dataset)

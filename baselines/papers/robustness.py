@@ -14,17 +14,19 @@ Not in the papers: the experiment itself, in es1 of the TR. And chosen here:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.statistics import Comparison, compare, mean_interval
 from baselines.evaluation.tables import markdown
 from baselines.papers.claim_types import Claim, Order, above
 from baselines.papers.experiments import Experiment, Results, sample
-from baselines.papers.figures import PaperFigure, caption_of
+from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import PAPERS, Paper
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
@@ -67,7 +69,7 @@ FAULTS = {
 }
 """Name of the share, and the other settings, of each kind of fault."""
 
-LIARS, CONSPIRING = tuple(FAULTS)[:2]
+LIARS = tuple(FAULTS)[:2]
 MESSAGES, BODIES = tuple(FAULTS)[:5], tuple(FAULTS)[5:]
 
 LEFT_OPEN = {
@@ -125,27 +127,24 @@ def breaking_share(results: Results, rule: str, fault: str) -> float | None:
 
 def claims() -> list[Claim]:
     """Questions that no paper answers for these rules, each an order of two experiments."""
-    orders: list[Claim] = []
-    for rule in RULES:
-        if rule == ALONE:
-            continue
-        for fault in (LIARS, CONSPIRING):
-            least = (experiment(rule, fault, 0.0), experiment(rule, fault, SHARES[0]))
+    orders: list[tuple[str, Experiment, Experiment]] = []
+    for rule, fault in product(RULES, LIARS):
+        if rule != ALONE:
             text = f"{rule}: without faults above one liar of ten ({fault})"
-            orders.append(Order(text, (least,), sound_trips))
-            alone = (experiment(ALONE, fault, SHOWN), experiment(rule, fault, SHOWN))
-            text = f"nc above {rule}: {100 * SHOWN:.0f} % {fault}"
-            orders.append(Order(text, (alone,), sound_trips))
-    for defence, other in DEFENCES.items():
-        for fault in (LIARS, CONSPIRING):
-            pair = (experiment(defence, fault, SHOWN), experiment(other, fault, SHOWN))
-            text = f"{defence} above {other}: {100 * SHOWN:.0f} % {fault}"
-            orders.append(Order(text, (pair,), sound_trips))
-    return orders
+            none, least = (experiment(rule, fault, share) for share in (0.0, SHARES[0]))
+            orders += [(text, none, least), above_at_shown(ALONE, rule, fault)]
+    orders += [above_at_shown(*pair, fault) for pair, fault in product(DEFENCES.items(), LIARS)]
+    return [Order(text, ((more, less),), sound_trips) for text, more, less in orders]
+
+
+def above_at_shown(rule: str, other: str, fault: str) -> tuple[str, Experiment, Experiment]:
+    """The words that one rule is above another at the share shown, and its two experiments."""
+    more, less = (experiment(each, fault, SHOWN) for each in (rule, other))
+    return f"{rule} above {other}: {100 * SHOWN:.0f} % {fault}", more, less
 
 
 @dataclass(frozen=True)
-class OverShare:
+class OverShare(PaperFigure):
     """Figure of the round trips of sound robots over the share of faulty ones."""
 
     name: str
@@ -156,20 +155,14 @@ class OverShare:
     @property
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiments whose episodes are used."""
-        return tuple(
-            experiment(rule, fault, share)
-            for fault in self.faults
-            for rule in RULES
-            for share in (0.0, *SHARES)
-        )
+        all_of = product(self.faults, RULES, (0.0, *SHARES))
+        return tuple(experiment(rule, fault, share) for fault, rule, share in all_of)
 
-    def draw(self, results: Results, command: str) -> Figure:
-        """Draw the figure, with the command that made it in the caption."""
+    def _draw(self, results: Results, caption: Caption) -> Figure:
         panels = {
             fault: {RULES[rule]: self._means(results, rule, fault) for rule in RULES}
             for fault in self.faults
         }
-        caption = caption_of(self, results, command)
         axes = "faulty robots [%]", "round trips of a sound robot"
         return mean_panels(panels, axes, caption, one_y=True)
 
@@ -217,7 +210,7 @@ def _first_broken(results: Results) -> str:
 def _kept_table(results: Results) -> str:
     lines = []
     for rule in RULES:
-        base = mean_interval(trips(results, rule, LIARS, 0.0))
+        base = mean_interval(trips(results, rule, LIARS[0], 0.0))
         assert base is not None
         low, high = base.ends
         row = [rule, f"{base.value:.1f} ({low:.1f} to {high:.1f})"]

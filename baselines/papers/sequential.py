@@ -18,31 +18,26 @@ Where a claim is of the best of several, as of the best beta, that is chosen by 
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Literal
 
 import numpy as np
 from rich.console import Group
-from rich.table import Table
 from rich.text import Text
 from scipy import stats
 
-from baselines.evaluation.tables import markdown
+from baselines.evaluation.tables import markdown, plain_table
 from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect
 from baselines.papers.experiments import Experiment, Results
 
-LOOKS = (30, 60, 120, 240, 400)
-"""Episodes of an experiment at each look."""
-
-ERROR = 0.05
-"""Probability that a claim is decided wrongly, at most."""
+LOOKS = (30, 60, 120, 240, 400)  # episodes of an experiment at each look
+ERROR = 0.05  # probability that a claim is decided wrongly, at most
 
 Decision = Literal["holds", "fails", "equivalent", "undecided"]
 
 HEADINGS = ("claim", "says", "ours", "interval", "n", "30 episodes show", "decision")
-
-MISSING = "-"
 
 
 @dataclass(frozen=True)
@@ -50,15 +45,12 @@ class Decided:
     """The decision on one claim: a row of the table."""
 
     claim: str
-    says: str
-    """Where the paper says that the effect lies."""
+    says: str  # where the paper says that the effect lies
     ours: float
     """The mean, or the ratio of the means, of the effect that decides; the least of several."""
     low: float
-    high: float
-    """Its interval; infinite where the mean of the base may be zero."""
-    n: int
-    """Episodes of each experiment."""
+    high: float  # its interval; infinite where the mean of the base may be zero
+    n: int  # episodes of each experiment
     resolved: float
     """Half of the 95 % interval that 30 unpaired episodes give, a share of the effect."""
     decision: Decision
@@ -145,9 +137,8 @@ def decide_all(
     Claims without effects, as of published means within standard errors, are left out.
     """
     decided: dict[DecidableClaim, Decided] = {}
-    asked = [claim for claim in claims if isinstance(claim, DecidableClaim)]
+    asked = still = [claim for claim in claims if isinstance(claim, DecidableClaim)]
     for n in LOOKS:
-        still = [claim for claim in asked if claim not in decided]
         if not still:
             break
         needed = dict.fromkeys(each for claim in still for each in claim.experiments)
@@ -156,27 +147,24 @@ def decide_all(
             found = decide(claim, results, n)
             if found.decision != "undecided" or n == LOOKS[-1]:
                 decided[claim] = found
+        still = [claim for claim in asked if claim not in decided]
     return [decided[claim] for claim in asked]
 
 
 def count(decided: Sequence[Decided]) -> str:
     """The sentence that says how many claims were decided how."""
-    each: Mapping[str, int] = {
-        rank: sum(row.decision == rank for row in decided) for rank in reversed(RANKS)
-    }
-    told = (f"{n} {VERBS[rank][n == 1]}" for rank, n in each.items())
+    each = Counter(row.decision for row in decided)
+    told = (f"{each[rank]} {VERBS[rank][each[rank] == 1]}" for rank in reversed(RANKS))
     return f"Of {len(decided)} claims " + ", ".join(told)
 
 
 def to_json(decided: Sequence[Decided]) -> str:
     """Decisions as one JSON array; what is not finite is null."""
-    rows = [
-        {
-            key: None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in asdict(each).items()
-        }
-        for each in decided
-    ]
+
+    def told(value: object) -> object:
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    rows = [{key: told(value) for key, value in asdict(each).items()} for each in decided]
     return json.dumps(rows, indent=1, allow_nan=False)
 
 
@@ -187,16 +175,11 @@ def decided_markdown(decided: Sequence[Decided]) -> str:
 
 def decided_table(decided: Sequence[Decided]) -> Group:
     """The decisions for a terminal."""
-    table = Table(box=None, padding=(0, 1, 0, 0))
-    for heading in HEADINGS:
-        table.add_column(Text(heading), overflow="fold")
-    for each in decided:
-        table.add_row(*map(Text, _cells(each)))
-    return Group(table, Text(count(decided), style="bold"))
+    return Group(plain_table(HEADINGS, map(_cells, decided)), Text(count(decided), "bold"))
 
 
 def _cells(row: Decided) -> tuple[str, ...]:
-    ends = f"{row.low:.3g} to {row.high:.3g}" if math.isfinite(row.low) else MISSING
-    shows = MISSING if math.isnan(row.resolved) else f"± {100.0 * row.resolved:.2g} %"
-    ours = MISSING if math.isnan(row.ours) else f"{row.ours:.3g}"
+    ends = f"{row.low:.3g} to {row.high:.3g}" if math.isfinite(row.low) else "-"
+    shows = "-" if math.isnan(row.resolved) else f"± {100.0 * row.resolved:.2g} %"
+    ours = "-" if math.isnan(row.ours) else f"{row.ours:.3g}"
     return row.claim, row.says, ours, ends, str(row.n), shows, row.decision

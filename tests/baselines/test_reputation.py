@@ -9,8 +9,7 @@ from baselines.estimators.reputation_odometry import (
     ReputationOdometryParameters,
     describe_teller,
     is_asked,
-    judge_by_area,
-    judge_by_loss,
+    judge_all,
     merge,
     remember,
     trust,
@@ -24,7 +23,7 @@ from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
 
 trust, remember, describe_teller = map(entry_point, (trust, remember, describe_teller))
-judge_by_area, judge_by_loss = map(entry_point, (judge_by_area, judge_by_loss))
+judge_all = entry_point(judge_all)
 is_asked, merge = map(entry_point, (is_asked, merge))
 
 SCENARIO = find_scenario("es1")
@@ -52,7 +51,7 @@ class Robot:
 
     def find(self, place, area=NEST):
         self.belief["location"][area] = place
-        judge_by_area(self.reputation, self.belief, area, NUMBERS)
+        judge_all(self.reputation, self.belief, area, True, NUMBERS)
         return self
 
     def counts(self, other):
@@ -79,7 +78,7 @@ def test_what_was_told_is_judged_once_when_the_area_is_found(robot):
 
 def test_who_told_the_place_where_a_robot_gets_lost_was_wrong(robot):
     robot.hear(1, (0.1, 0.0)).hear(2, (3.0, 0.0)).hear(3, (0.0, 0.0), area=PREY)
-    judge_by_loss(robot.reputation, robot.belief, NEST, NUMBERS)
+    judge_all(robot.reputation, robot.belief, NEST, False, NUMBERS)
     assert [robot.counts(k) for k in (1, 2, 3)] == [(0.0, 1.0), (0.0, 0.0), (0.0, 0.0)]
 
 
@@ -109,9 +108,9 @@ def test_what_lies_on_the_edge_of_what_may_be_is_right(robot, path, width, area)
     for teller, off in ((1, width), (2, width + BEYOND), (3, -width), (4, -width - BEYOND)):
         robot.hear(teller, (off, 0.0), area)
     robot.reputation["path"] += path
-    judge_by_area(robot.reputation, robot.belief, other, WIDE)
+    judge_all(robot.reputation, robot.belief, other, True, WIDE)
     assert [robot.counts(k) for k in range(5)] == [(0.0, 0.0)] * 5, "nothing is told of it"
-    judge_by_area(robot.reputation, robot.belief, area, WIDE)
+    judge_all(robot.reputation, robot.belief, area, True, WIDE)
     right, wrong = (1.0, 0.0), (0.0, 1.0)
     assert [robot.counts(k) for k in range(5)] == [(0.0, 0.0), right, wrong, right, wrong]
     assert not robot.reputation["is_open"].any()
@@ -121,9 +120,9 @@ def test_what_lies_on_the_edge_of_what_may_be_is_right(robot, path, width, area)
 def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_found_out):
     robot.hear(1, (0.5, 0.0)).hear(2, (9.0, 0.0))
     robot.reputation["path"] += path
-    judge_by_loss(robot.reputation, robot.belief, NEST, WIDE)
+    judge_all(robot.reputation, robot.belief, NEST, False, WIDE)
     assert robot.counts(1) == (0.0, float(is_found_out)), "it told the place of the loss"
-    judge_by_area(robot.reputation, robot.belief, NEST, WIDE)
+    judge_all(robot.reputation, robot.belief, NEST, True, WIDE)
     assert robot.counts(2) == (0.0, float(is_found_out))
     robot.belief["heard_weight"][:], robot.belief["last_partner"] = 4.0, 3
     describe_teller(robot.mind, WIDE)

@@ -7,12 +7,12 @@ import pytest
 from scipy import stats
 
 from baselines.evaluation.statistics import (
-    _percentiles,
     compare,
     iqm,
     iqm_interval,
     mann_whitney_p,
     mean_interval,
+    middle,
     performance_profile,
     probability_of_improvement,
 )
@@ -141,7 +141,7 @@ def test_the_interval_of_a_profile_is_that_of_a_share_drawn_within_each_task():
 
 
 def test_an_interval_of_runs_lies_between_the_2_5th_and_the_97_5th_percentile():
-    assert _percentiles(np.arange(1001.0)) == pytest.approx((25.0, 975.0))
+    assert middle(np.arange(1001.0)) == pytest.approx((25.0, 975.0))
 
 
 @pytest.mark.parametrize(

@@ -232,7 +232,7 @@ def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, numbe
     monkeypatch.setattr(adaptive_boids, "mean_panels", lambda *arguments: arguments)
     (figure,) = (
         each for each in adaptive_boids.figures()
-        if (each.number, each.setting) == (number, setting)
+        if each.name == f"boids{number}_{setting}"
     )  # fmt: skip
     measure = (COVARIANCE, ERROR, GOALS, SUCCESS)[number - 4]
     field = measure.field

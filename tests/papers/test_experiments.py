@@ -110,8 +110,8 @@ def test_a_caption_says_how_many_episodes_each_experiment_has(episodes):
     assert found.text.endswith(boxes.reading)
     assert (found.n, found.command) == (3, "a command")
     assert "n = 3 episodes each" in str(found)
-    silent = SimpleNamespace(caption="Round trips.", reading="")
-    told = caption_of(silent, {A: episodes(A, [1, 2])}, "a command", "trials")
+    silent = SimpleNamespace(caption="Round trips.", reading="", counted="trials")
+    told = caption_of(silent, {A: episodes(A, [1, 2])}, "a command")
     assert told.text == "Round trips."
     assert "n = 2 trials each" in str(told)
 

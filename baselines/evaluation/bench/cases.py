@@ -18,19 +18,13 @@ from swarm_forage_env.scenarios import find_scenario
 
 CONTROLLER = "ssgikf"
 
-HELD = 20
-"""Ticks for which a random action is held, so that robots get about."""
+HELD = 20  # ticks for which a random action is held, so that robots get about
 
 ActionT = TypeVar("ActionT")
 
-Tick = Callable[[], object]
-"""A call that is timed: a tick of a block, or several."""
-
-Tell = Callable[[str], None]
-"""Receives the name of each measurement before it starts."""
-
-Measured = dict[str, Any]
-"""What was measured, as JSON holds it."""
+Tick = Callable[[], object]  # a call that is timed: a tick of a block, or several
+Tell = Callable[[str], None]  # receives the name of each measurement before it starts
+Measured = dict[str, Any]  # what was measured, as JSON holds it
 
 
 @dataclass(frozen=True)
@@ -40,12 +34,10 @@ class Case:
     name: str
     scenario: Scenario
     n_worlds: int = 1
-    is_spread: bool = False
-    """Robots are placed all over the arena, not in the start circle."""
+    is_spread: bool = False  # robots are placed all over the arena, not in the start circle
     warm_up: int = 3000
     """Ticks before the clock starts, in which robots spread, find the areas and talk."""
-    n_ticks: int = 1
-    """Ticks of a call that is timed."""
+    n_ticks: int = 1  # ticks of a call that is timed
 
     @property
     def rows(self) -> int:
@@ -75,10 +67,27 @@ class Case:
         """Ticks of the warm-up, a fifth of them for a quick run."""
         return self.warm_up // 5 if quick else self.warm_up
 
-    def _next_after_warm_up(self, steps: Iterator[None], quick: bool) -> Tick:
+    def _driven(
+        self,
+        reset: Callable[..., object],
+        step: Callable[[ActionT], object],
+        actions: Iterable[ActionT],
+        quick: bool,
+    ) -> Tick:
+        """The next step of an environment, whose actions are held, after the warm-up."""
+
+        def steps() -> Iterator[None]:
+            still = held(actions)
+            for seed in count():
+                reset(seed=seed)
+                for _ in range(self.scenario.n_ticks):
+                    step(next(still))
+                    yield
+
+        running = steps()
         for _ in range(self.n_warm_up(quick)):
-            next(steps)
-        return partial(next, steps)
+            next(running)
+        return partial(next, running)
 
 
 class EpisodeCase(Case):
@@ -105,16 +114,7 @@ class BatchCase(Case):
             physics=OwnName(physics), threads=threads, decision_period=1,
         )  # fmt: skip
         wheels = random_wheels(self.rows).reshape(-1, self.n_worlds, len(env.learners), 2)
-
-        def steps() -> Iterator[None]:
-            actions = held(wheels)
-            while True:
-                env.reset(0)
-                for _ in range(env.max_cycles):
-                    env.step(next(actions))
-                    yield
-
-        return self._next_after_warm_up(steps(), quick)
+        return self._driven(env.reset, env.step, wheels, quick)
 
 
 class DictionaryCase(Case):
@@ -130,16 +130,7 @@ class DictionaryCase(Case):
         )
         agents = env.possible_agents
         wheels = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
-
-        def steps() -> Iterator[None]:
-            actions = held(wheels)
-            for seed in count():
-                env.reset(seed=seed)
-                while env.agents:
-                    env.step(next(actions))
-                    yield
-
-        return self._next_after_warm_up(steps(), quick)
+        return self._driven(env.reset, env.step, wheels, quick)
 
 
 def held(actions: Iterable[ActionT]) -> Iterator[ActionT]:

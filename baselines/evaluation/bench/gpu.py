@@ -8,7 +8,6 @@ import os
 import time
 from collections.abc import Callable
 from itertools import count
-from typing import Protocol
 
 import numpy as np
 from rich.console import Group
@@ -27,14 +26,9 @@ from swarm_forage_env.scenarios import find_scenario
 N_WORLDS = {"es1": (1, 10, 100, 1_000, 10_000, 100_000), "es3": (1, 10, 100, 1_000)}
 """Numbers of worlds of each scenario that are timed."""
 
-QUICK_WORLDS = 1_000
-"""The most worlds of a quick run."""
-
-MAKING = 3e-4
-"""Time in which a CPU makes a world [s]: 0.28 ms beside an H200, 23 November 2026."""
-
-TICKS = 10
-"""Ticks of the GPU between two that the CPU waits for."""
+QUICK_WORLDS = 1_000  # the most worlds of a quick run
+MAKING = 3e-4  # time in which a CPU makes a world [s]: 0.28 ms beside an H200, 23 November 2026
+TICKS = 10  # ticks of the GPU between two that the CPU waits for
 
 
 def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
@@ -157,25 +151,11 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
     return dict(zip(loop.stages, means, strict=True))
 
 
-class Card(Protocol):
-    """Attributes of a GPU, as numba reports them."""
-
-    MEMORY_CLOCK_RATE: int
-    """[kHz]"""
-    GLOBAL_MEMORY_BUS_WIDTH: int
-    """[bit]"""
-
-
-def card_bandwidth(device: Card) -> float | None:
+def card_bandwidth(device: object) -> float | None:
     """The bandwidth of a GPU's memory, of double data rate [byte/s]; None if not reported."""
-    try:
-        clock, width = device.MEMORY_CLOCK_RATE, device.GLOBAL_MEMORY_BUS_WIDTH
-    except AttributeError:
-        return None
-    return float(2.0 * clock * 1e3 * width / 8.0)
-
-
-LIBRARY = "libnvidia-ml.so.1"
+    clock = getattr(device, "MEMORY_CLOCK_RATE", None)  # [kHz]
+    width = getattr(device, "GLOBAL_MEMORY_BUS_WIDTH", None)  # [bit]
+    return 2.0 * clock * 1e3 * width / 8.0 if clock and width else None
 
 
 def energy_meter(uuid: str, library: ctypes.CDLL | None = None) -> Callable[[], float] | None:
@@ -184,7 +164,7 @@ def energy_meter(uuid: str, library: ctypes.CDLL | None = None) -> Callable[[], 
     None where the driver does not report it: another system, or a GPU older than Volta.
     """
     try:
-        nvml = library or ctypes.CDLL(LIBRARY)
+        nvml = library or ctypes.CDLL("libnvidia-ml.so.1")
     except OSError:
         return None
     gpu, used = ctypes.c_void_p(), ctypes.c_ulonglong()
@@ -204,9 +184,6 @@ def energy_meter(uuid: str, library: ctypes.CDLL | None = None) -> Callable[[], 
         return used.value / 1e3
 
     return joules
-
-
-STAGES = "decide", "tick", "observe"
 
 
 def gpu_table(measured: list[Measured]) -> Group:
@@ -231,7 +208,10 @@ def _cells(each: Measured) -> dict[str, str]:
         "learning": _millions(each["environment"]),
         "CPU": _millions(each["cpu"]),
         "threads": str(each["threads"]),
-        **{stage: _or_dash(each["shares"].get(stage), ".0%") for stage in STAGES},
+        **{
+            stage: _or_dash(each["shares"].get(stage), ".0%")
+            for stage in ("decide", "tick", "observe")
+        },
         "bytes": f"{each['bytes_per_robot_step']:.0f}",
         "GB/s": _or_dash(each["bandwidth"], ".0f", 1e-9),
         "of card": _or_dash(each["share_of_card"], ".0%"),

@@ -101,11 +101,8 @@ def _run(code: str, *arguments: str, cache: str | None = None) -> str:
 
 
 ENGINES = ("rigid", "kinematic")
-STAGED = ("es1 x 30", "es3", "es3 x 100")
-"""Cases whose stages are timed."""
-
-THREADED = "es1 x 64"
-"""The case that is run on several threads."""
+STAGED = ("es1 x 30", "es3", "es3 x 100")  # cases whose stages are timed
+THREADED = "es1 x 64"  # the case that is run on several threads
 
 MEMORY_TICKS, QUICK_MEMORY_TICKS = 1_000_000, 5_000
 

@@ -1,7 +1,7 @@
 """The budgets of the benchmark, and the tables of its results for a terminal."""
 
 from rich.console import Group
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from baselines.evaluation.bench.cases import Measured
@@ -14,15 +14,16 @@ def report(measured: Measured) -> Group:
     hurried = " (quick: less exact)" if measured["quick"] else ""
     return Group(
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
-        _speeds(measured), _note(
+        _speeds(measured), Text(
             "arrays, dicts: through the environment on arrays, or PettingZoo's dictionaries;"
-            " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size."
+            " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size.",
+            "dim",
         ),
         Text("\nShare of a tick [%]", style="bold"),
         _stages(measured),
         Text("\nBudgets", style="bold"),
         _budgets(measured),
-        _note(f"Peak memory of this process {measured['peak_memory_mb']:.0f} MB; {machine}."),
+        Text(f"Peak memory of this process {measured['peak_memory_mb']:.0f} MB; {machine}.", "dim"),
     )  # fmt: skip
 
 
@@ -54,15 +55,8 @@ def _budgets(measured: Measured) -> Table:
 
 
 def _table(first: str, *others: str) -> Table:
-    table = Table(box=None, padding=(0, 1, 0, 0))
-    table.add_column(first)
-    for heading in others:
-        table.add_column(heading, justify="right")
-    return table
-
-
-def _note(text: str) -> Text:
-    return Text(text, style="dim")
+    columns = (Column(heading, justify="right") for heading in others)
+    return Table(first, *columns, box=None, padding=(0, 1, 0, 0))
 
 
 MILLION = 1e6
@@ -77,8 +71,7 @@ SPEEDS = {
 """Least robot-steps per second of a case under each engine [10^6 / s]: of blocks of worlds, of the
 environment on arrays, and of PettingZoo's dictionaries."""
 
-GAIN_PER_THREAD = 0.9
-"""Least gain in speed that each thread brings: 1.8 of two."""
+GAIN_PER_THREAD = 0.9  # least gain in speed that each thread brings: 1.8 of two
 
 COST_RATIO = 1.5
 """Most that a robot among 10,000 may cost, against one among 100 at the same density."""
@@ -91,8 +84,7 @@ START_UP = {
 }
 """What is started, and the most that it may take [s]."""
 
-GROWTH = 1.0
-"""Most by which peak memory may grow in a long run [MB]: flat, but for the allocator."""
+GROWTH = 1.0  # most by which peak memory may grow in a long run [MB]: flat, but for the allocator
 
 
 def check(measured: Measured) -> list[Measured]:

@@ -19,21 +19,14 @@ class PlotOptions:
     """Options of the command `plot`."""
 
     kind: str
-    sources: Sequence[str]
-    """Folders of datasets; for some kinds something else."""
+    sources: Sequence[str]  # folders of datasets; for some kinds something else
     scenarios: Sequence[str] = ()
-    controllers: Sequence[str] = ()
-    """Empty: all that there are."""
-    metric: str | None = None
-    """None: the score."""
-    x: str | None = None
-    """None: the one number that varies."""
-    seed: int | None = None
-    """None: the first."""
-    style: str = "screen"
-    """Page style."""
-    with_caption: bool = False
-    """The whole caption is drawn."""
+    controllers: Sequence[str] = ()  # empty: all that there are
+    metric: str | None = None  # None: the score
+    x: str | None = None  # None: the one number that varies
+    seed: int | None = None  # None: the first
+    style: str = "screen"  # page style
+    with_caption: bool = False  # the whole caption is drawn
 
     @property
     def choices(self) -> dict[str, object]:
@@ -103,11 +96,8 @@ class FigureKind:
     options: frozenset[str]
 
 
-FIGURES: Registry[FigureKind] = Registry("kind of figure")
-"""The kinds of figures by name."""
-
-SELECTION = "scenario", "controller"
-"""Options of every kind that reads a dataset."""
+FIGURES: Registry[FigureKind] = Registry("kind of figure")  # the kinds of figures by name
+SELECTION = "scenario", "controller"  # options of every kind that reads a dataset
 
 
 def figure(

@@ -43,8 +43,7 @@ def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure
 
 LOGGER = logging.getLogger("swarm-forage")
 
-LOCALISATION = "estimator"
-"""The layer that a row of the table varies."""
+LOCALISATION = "estimator"  # the layer that a row of the table varies
 
 
 @figure("table", *SELECTION, "metric")

@@ -52,9 +52,7 @@ def _panels(
     options: PlotOptions, groups: Sequence[EpisodeGroup], x: str
 ) -> dict[str, dict[str, Means]]:
     """The curves of each setup; ConfigError if x varies in none, a line on stderr if in some."""
-    setups: dict[str, dict[str, list[EpisodeGroup]]] = {}
-    for (setup, label), listed in _series(groups, x).items():
-        setups.setdefault(setup, {})[label] = listed
+    setups = _series(groups, x)
     short = [setup for setup, each in setups.items() if max(map(len, each.values())) < 2]
     if len(short) == len(setups):
         raise ConfigError(_too_few(x, groups))
@@ -79,8 +77,8 @@ def _varied(groups: Sequence[EpisodeGroup]) -> str:
     vary = {name for name in candidates if len({group.numbers.get(name) for group in groups}) > 1}
     names = []
     for name in sorted(vary):
-        having = [group for group in groups if name in group.numbers]
-        if max(map(len, _series(having, name).values())) > 1:
+        series = _series([group for group in groups if name in group.numbers], name)
+        if max(len(listed) for each in series.values() for listed in each.values()) > 1:
             names.append(name)
     if len(names) == 1:
         return names[0]
@@ -106,22 +104,19 @@ def _numeric(group: EpisodeGroup) -> dict[str, float]:
     }
 
 
-def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[tuple[str, str], list[EpisodeGroup]]:
-    """Groups that differ in x alone, in its order, by setup and controller without x.
-
-    The scenario's name may differ with x.
-    """
+def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[str, dict[str, list[EpisodeGroup]]]:
+    """Groups that differ in x (and the scenario's name), in its order, by setup and controller."""
     shared: dict[str, list[EpisodeGroup]] = {}
     for group in groups:
         rest = {name: value for name, value in group.numbers.items() if name not in (x, "name")}
         key = json.dumps([group.controller, group.physics, rest], sort_keys=True)
         shared.setdefault(key, []).append(group)
-    series: dict[tuple[str, str], list[EpisodeGroup]] = {}
+    series: dict[str, dict[str, list[EpisodeGroup]]] = {}
     for each in shared.values():
         ordered = sorted(each, key=lambda group: float(group.numbers[x]))
         setups = list(dict.fromkeys(group.setup(x) for group in ordered))
         title = setups[0] if len(setups) == 1 else f"{setups[0]} to {setups[-1]}"
-        series.setdefault((title, ordered[0].label(x)), []).extend(ordered)
+        series.setdefault(title, {}).setdefault(ordered[0].label(x), []).extend(ordered)
     return series
 
 

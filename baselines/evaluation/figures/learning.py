@@ -12,8 +12,7 @@ from baselines.evaluation.figures.base import PlotOptions, figure
 from baselines.evaluation.line_plots import Means, curve_panels
 from swarm_forage_env.errors import ConfigError
 
-HOUR = 3600.0
-"""[s]."""
+HOUR = 3600.0  # [s]
 
 
 class _Entry(BaseModel):
@@ -93,11 +92,9 @@ def _names(files: Sequence[Path]) -> list[str]:
     if len(set(files)) < len(files):
         raise ConfigError("a policy card is named twice")
     parts = [file.with_suffix("").parts for file in files]
-    for depth in range(1, max(map(len, parts)) + 1):
-        names = ["/".join(each[-depth:]) for each in parts]
-        if len(set(names)) == len(names):
-            return names
-    return [str(file) for file in files]
+    depths = range(1, max(map(len, parts)) + 1)
+    endings = (["/".join(each[-depth:]) for each in parts] for depth in depths)
+    return next((each for each in endings if len({*each}) == len(each)), list(map(str, files)))
 
 
 def _curve(card: TrainingCard, scenario: str) -> Means:

@@ -27,11 +27,8 @@ from swarm_forage_env.task import stage_of, task_of
 
 LOGGER = logging.getLogger("swarm-forage")
 
-CELL = 0.02
-"""Side of a cell, about: the cells fill the arena [m]."""
-
-MAX_PANELS = 6
-"""Panels, at most."""
+CELL = 0.02  # side of a cell, about: the cells fill the arena [m]
+MAX_PANELS = 6  # panels, at most
 
 
 @dataclass(frozen=True)
@@ -40,14 +37,10 @@ class Job:
 
     scenario: Scenario
     seed: int
-    controller: str
-    """By its name."""
-    trajectory: Path | None = None
-    """The file of its trajectory; None: it is run."""
-    configuration: ExperimentConfig | None = None
-    """What to run."""
-    trips: int | None = None
-    """The round trips it must have."""
+    controller: str  # by its name
+    trajectory: Path | None = None  # the file of its trajectory; None: it is run
+    configuration: ExperimentConfig | None = None  # what to run
+    trips: int | None = None  # the round trips it must have
 
 
 @figure("paths", *SELECTION, "seed")
@@ -97,7 +90,6 @@ def _evaluated(options: PlotOptions) -> dict[str, Job]:
 
 
 def _asked(options: PlotOptions) -> dict[str, Job]:
-    """The episodes that SCENARIO CONTROLLER... name, by title."""
     scenario, *controllers = options.sources
     if not controllers or {"scenario", "controller"} & options.choices.keys():
         raise ConfigError(

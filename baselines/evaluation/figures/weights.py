@@ -19,14 +19,12 @@ from swarm_forage_env.foraging.scenario import Scenario
 LONGEST, STEPS = 12.0, 61
 """Longest path of the robot and of its partner [m], and the number of points."""
 
-DISAGREEMENTS = (0.1, 0.5)
-"""Between the own and the heard place [m]; one row of maps for each."""
+DISAGREEMENTS = (0.1, 0.5)  # between the own and the heard place [m]; one row of maps for each
 
 MESSAGES, RANGE, AWAY = 8.0, 0.1, 0.75
 """Averaged in the exchange, as in es1; distances of the partner and of both places [m]."""
 
-PREY = 1
-"""The area that the exchange is about."""
+PREY = 1  # the area that the exchange is about
 
 
 @figure("weights")
