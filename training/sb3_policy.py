@@ -8,12 +8,11 @@ import io
 import json
 import re
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import partial
 from importlib import import_module
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from gymnasium.spaces import Discrete
@@ -22,7 +21,7 @@ from pydantic import BaseModel, Field, JsonValue, ValidationError, field_validat
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, Parameters
 from training.foreign_file import (
     LARGEST,
@@ -38,7 +37,7 @@ from training.foreign_file import (
 from training.network_policy import Network as DenseNetwork
 from training.network_policy import packed_layers
 from training.policy import Draw, PolicyFile, Predict, Recurrent, drawn_choices
-from training.policy_card import PolicyCard, as_in_a_name, card_from
+from training.policy_card import PolicyCard, card_from
 from training.policy_file import check_weights, misfit
 
 if TYPE_CHECKING:
@@ -209,8 +208,6 @@ KNOWN = {
 }
 """Classes of policies that need no pickle: of RecurrentPPO, PPO and A2C, DQN, SAC, TD3 and DDPG."""
 
-Output = TypeVar("Output")
-
 States = tuple[Array, ...]  # hidden and cell states of an LSTM, each (layers, robots, units)
 
 Asked = tuple[Array, States | None]  # actions, and the next states where there is an LSTM
@@ -278,41 +275,41 @@ class SB3Policy(PolicyFile):
         from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 
         if not isinstance(model, RecurrentActorCriticPolicy):
-            return self._asked(lambda *inputs: ask(*inputs, None)[0])
+            return lambda *inputs: self._asked(ask, *inputs, None)[0]
         layers, _, units = model.lstm_hidden_state_shape
 
         def step(*inputs: Array) -> tuple[Array, Array]:
             *seen, rows = inputs
             hidden, cell = rows.reshape(-1, 2, layers, units).transpose(1, 2, 0, 3)
-            actions, states = ask(*seen, (hidden, cell))
+            actions, states = self._asked(ask, *seen, (hidden, cell))
             assert states is not None, "an LSTM has states"
             return actions, np.stack(states).transpose(2, 0, 1, 3).reshape(rows.shape)
 
-        return Recurrent(self._asked(step), 2 * layers * units)
+        return Recurrent(step, 2 * layers * units)
+
+    def _asked(self, ask: Callable[..., Asked], *inputs: object) -> Asked:
+        """What `ask` gives; ConfigError where it fails."""
+        try:
+            return ask(*inputs)
+        except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
+            why = reason(error)
+            raise ConfigError(f"policy {self.file}: gives no action ({why})") from None
 
     def _model(self, form: PolicyForm) -> "BasePolicy":
         """The model's policy, with its weights."""
         saved, data, content = read_zip(self.path)
         _check_spaces(self.file, saved, form)
         chosen = self._trusted(data) if self.trust else self._plain(saved, form, len(content))
+        policy, keywords = chosen
         if saved.use_sde:
-            chosen[1].setdefault("use_sde", True)
-        model = _make(self.file, chosen, form)
+            keywords.setdefault("use_sde", True)
+        try:
+            model = policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
+        except (TypeError, AssertionError, RuntimeError, ValueError) as error:
+            raise ConfigError(f"policy {self.file}: cannot be made here: {reason(error)}") from None
         _load(self.file, model, read_weights(self.file, content))
         model.set_training_mode(False)
         return model
-
-    def _asked(self, ask: Callable[..., Output]) -> Callable[..., Output]:
-        """The same function; ConfigError where it fails."""
-
-        def asked(*arrays: Array) -> Output:
-            try:
-                return ask(*arrays)
-            except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
-                why = reason(error)
-                raise ConfigError(f"policy {self.file}: gives no action ({why})") from None
-
-        return asked
 
     def _trusted(self, data: bytes) -> Chosen:
         """Class and keywords of the policy, unpickled."""
@@ -329,15 +326,17 @@ class SB3Policy(PolicyFile):
 
     def _plain(self, saved: SavedModel, form: PolicyForm, n_bytes: int) -> Chosen:
         """Class and keywords of the policy, from plain JSON."""
-        policy = _named_class(saved.policy_class)
+        named = saved.policy_class
+        name = KNOWN.get(named.module, "")
+        is_known = bool(name) and f"{name}.__init__ " in named.init
         network = network_of(self.file, saved, len(form.layout), n_bytes)
-        if policy is None or network is None:
-            what = "policy_class" if policy is None else "policy_kwargs"
+        if not is_known or network is None:
+            what = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
                 f"policy {self.file}: its {what} can only be had by unpickling, which runs whatever"
                 f" code is in the file; where you trust it: sb3:{self.file},trust=true"
             )
-        return policy, network.model_dump(exclude_unset=True)
+        return vars(import_module(named.module))[name], network.model_dump(exclude_unset=True)
 
 
 def _dense(model: "BasePolicy") -> DenseNetwork | None:
@@ -388,24 +387,6 @@ def _distribution(
     return told.distribution, after
 
 
-def _named_class(named: PolicyClass) -> "type[BasePolicy] | None":
-    """The class of the policy; None for an unknown one."""
-    name = KNOWN.get(named.module, "")
-    if not name or f"{name}.__init__ " not in named.init:
-        return None
-    policy: type[BasePolicy] = vars(import_module(named.module))[name]
-    return policy
-
-
-def _make(file: str, chosen: Chosen, form: PolicyForm) -> "BasePolicy":
-    """The policy with random weights."""
-    policy, keywords = chosen
-    try:
-        return policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
-    except (TypeError, AssertionError, RuntimeError, ValueError) as error:
-        raise ConfigError(f"policy {file}: cannot be made here: {reason(error)}") from None
-
-
 def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> None:
     """Load the weights of a policy; ConfigError for others than it has, NaN and infinity."""
     import torch
@@ -424,38 +405,19 @@ def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> No
 
 def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
     """ConfigError if the model was trained on observations or actions of other shapes."""
-    trained, here = (saved.observation_space.size, saved.action_space.size), _sizes(form)
+    space = form.action_space
+    action = Space(n=int(space.n)) if isinstance(space, Discrete) else Space(_shape=space.shape)
+    here = str(len(form.layout)), action.size
+    trained = saved.observation_space.size, saved.action_space.size
     if trained == here:
         return
-    joint = tuple(str(len(form.agents) * int(each)) for each in here if each.isdigit())
-    if trained == joint:
+    remedy = (
+        "Say what it was trained with, as in"
+        f" sb3:{file},learn={form.config.learn},discrete=false,stack=2,observation=layer+time_left"
+    )
+    if trained == tuple(str(len(form.agents) * int(each)) for each in here if each.isdigit()):
         remedy = "It steers all robots at once, and runs in its own environment alone"
-    else:
-        remedy = f"Say what it was trained with, as in sb3:{file},{_fitting(form, trained)}"
     raise ConfigError(
         f"policy {file}: maps {trained[0]} numbers to {trained[1]}; under these keywords"
         f" (learn={form.config.learn}) there are {here[0]}, and {here[1]}. {remedy}"
     )
-
-
-def _sizes(form: PolicyForm) -> tuple[str, str]:
-    """Numbers that a policy observes, and numbers or choices of its actions, in words."""
-    space = form.action_space
-    action = Space(n=int(space.n)) if isinstance(space, Discrete) else Space(_shape=space.shape)
-    return str(len(form.layout)), action.size
-
-
-def _fitting(form: PolicyForm, trained: tuple[str, str]) -> str:
-    """The fewest keywords under which a policy has these sizes; an example if none are found."""
-    choices = form.config.discrete, not form.config.discrete
-    tried = product(form.task.policies, choices, range(1, 5))
-    found = []
-    for learn, discrete, stack in tried:
-        terms = {"learn": learn, "discrete": discrete, "stack": stack, "decision_period": None}
-        with suppress(ConfigError, UnknownNameError):
-            other = PolicyForm([form.scenario], form.config.model_copy(update=terms))
-            if _sizes(other) == trained:
-                del terms["decision_period"]
-                own = dict(form.config)
-                found.append({k: each for k, each in terms.items() if own[k] != each})
-    return as_in_a_name(min(found, key=len)) if found else "observation=layer+time_left,walk=false"
