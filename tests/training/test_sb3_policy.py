@@ -227,7 +227,9 @@ def test_a_file_may_be_named_without_its_ending(file, tmp_path):
     ("n_observed", "action", "told"),
     [
         (5, {"_shape": [2]}, r"maps 5 numbers to 2; .*\(learn=motion\) there are 45, and 2\. Say "),
-        (45, {"n": 5}, r"to one of 5 choices; .* as in sb3:m.zip,learn=motion,discrete="),
+        (45, {"n": 5}, r"to one of 5 choices; .* as in sb3:m.zip,discrete=true$"),
+        (81, {"_shape": [15]}, r"maps 81 numbers to 15; .* as in sb3:m.zip,learn=everything$"),
+        (90, {"_shape": [2]}, r" as in sb3:m.zip,stack=2$"),
         (225, {"_shape": [10]}, r"It steers all robots at once, and runs in its own environment"),
     ],
 )
