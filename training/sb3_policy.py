@@ -8,9 +8,10 @@ import io
 import json
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from importlib import import_module
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -21,7 +22,7 @@ from pydantic import BaseModel, Field, JsonValue, ValidationError, field_validat
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.parameters import Count, Parameters
 from training.foreign_file import (
     LARGEST,
@@ -37,7 +38,7 @@ from training.foreign_file import (
 from training.network_policy import Network as DenseNetwork
 from training.network_policy import packed_layers
 from training.policy import Draw, PolicyFile, Predict, Recurrent, drawn_choices
-from training.policy_card import PolicyCard, card_from
+from training.policy_card import PolicyCard, as_in_a_name, card_from
 from training.policy_file import check_weights, misfit
 
 if TYPE_CHECKING:
@@ -405,19 +406,34 @@ def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> No
 
 def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
     """ConfigError if the model was trained on observations or actions of other shapes."""
-    space = form.action_space
-    action = Space(n=int(space.n)) if isinstance(space, Discrete) else Space(_shape=space.shape)
-    here = str(len(form.layout)), action.size
-    trained = saved.observation_space.size, saved.action_space.size
+    trained, here = (saved.observation_space.size, saved.action_space.size), _sizes(form)
     if trained == here:
         return
-    remedy = (
-        "Say what it was trained with, as in"
-        f" sb3:{file},learn={form.config.learn},discrete=false,stack=2,observation=layer+time_left"
-    )
-    if trained == tuple(str(len(form.agents) * int(each)) for each in here if each.isdigit()):
+    joint = tuple(str(len(form.agents) * int(each)) for each in here if each.isdigit())
+    if trained == joint:
         remedy = "It steers all robots at once, and runs in its own environment alone"
+    else:
+        remedy = f"Say what it was trained with, as in sb3:{file},{_fitting(form, trained)}"
     raise ConfigError(
         f"policy {file}: maps {trained[0]} numbers to {trained[1]}; under these keywords"
         f" (learn={form.config.learn}) there are {here[0]}, and {here[1]}. {remedy}"
     )
+
+
+def _sizes(form: PolicyForm) -> tuple[str, str]:
+    """Numbers that a policy observes, and numbers or choices of its actions, in words."""
+    space = form.action_space
+    action = Space(n=int(space.n)) if isinstance(space, Discrete) else Space(_shape=space.shape)
+    return str(len(form.layout)), action.size
+
+
+def _fitting(form: PolicyForm, trained: tuple[str, str]) -> str:
+    """The fewest keywords under which a policy has these sizes; an example if none are found."""
+    now, found = dict(form.config), []
+    for learn, discrete, stack in product(form.task.policies, (False, True), range(1, 5)):
+        terms = {"learn": learn, "discrete": discrete, "stack": stack}
+        changed = form.config.model_copy(update={**terms, "decision_period": None})
+        with suppress(ConfigError, UnknownNameError):
+            if _sizes(PolicyForm([form.scenario], changed)) == trained:
+                found.append({name: each for name, each in terms.items() if now[name] != each})
+    return as_in_a_name(min(found, key=len)) if found else "observation=layer+time_left,walk=false"
