@@ -177,7 +177,10 @@ class RecordingWeighting:
         is_double = running.estimator.numbers["double"] > 0.0
 
         def record_and_weigh(exchange: Rows) -> Float32[Array, "rows areas"]:
-            row, area = np.nonzero(self._is_recorded(exchange, is_double))
+            is_recorded = is_merged(exchange, is_double)
+            if self.remembers:  # it is asked about areas that the robot does not know, too
+                is_recorded |= (exchange.heard_known > 0.0) & ~(exchange.own_known > 0.0)
+            row, area = np.nonzero(is_recorded)
             own, heard = errors(running.minds, world)
             observed = self.layout.matrix({"exchange": exchange})[row]
             if self.remembers:
@@ -188,12 +191,6 @@ class RecordingWeighting:
             return weigh(exchange)
 
         return record_and_weigh
-
-    def _is_recorded(self, exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
-        """The partner told of the area, and the network is asked about it."""
-        is_told, is_known = exchange.heard_known > 0.0, exchange.own_known > 0.0
-        merged = is_merged(exchange, is_double)
-        return merged | (is_told & ~is_known) if self.remembers else merged
 
 
 def is_merged(exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:

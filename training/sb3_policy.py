@@ -161,7 +161,8 @@ def network_of(file: str, model: SavedModel, n_observed: int, n_bytes: int) -> N
     ConfigError for others, and for a network of more weights than its file has bytes for.
     """
     keywords = {name: each for name, each in model.policy_kwargs.items() if name not in NO_MATTER}
-    if any(_is_pickled(each) for each in keywords.values()):
+    texts = [each for each in keywords.values() if isinstance(each, str)]
+    if any(each.startswith("<") and not ACTIVATION.fullmatch(each) for each in texts):
         return None
     kind = RecurrentNetwork if model.policy_class.module == RECURRENT else Network
     try:
@@ -192,10 +193,6 @@ def read_weights(file: str, content: bytes) -> Mapping[str, "Tensor"]:
     except Exception as error:  # what is no pickle raises anything
         raise ConfigError(f"policy {file}: its weights cannot be read ({reason(error)})") from None
     return weights
-
-
-def _is_pickled(value: object) -> bool:
-    return isinstance(value, str) and value.startswith("<") and not ACTIVATION.fullmatch(value)
 
 
 RECURRENT = "sb3_contrib.common.recurrent.policies"
