@@ -10,8 +10,6 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import IO
 
-import numpy as np
-
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.atomic_write import sweep, write_atomically
@@ -106,22 +104,6 @@ def read_checkpoint(
 def unreadable(file: Path, why: str) -> ConfigError:
     """The ConfigError for a checkpoint that cannot be used."""
     return ConfigError(f"checkpoint {file}: cannot be read ({why}); remove it to start anew")
-
-
-def evaluation_point(
-    step: int, simulated_s: float, trips: Mapping[str, Int64[Array, " worlds"]]
-) -> CurvePoint:
-    """Make a point of the learning curve from the round trips in the held-back worlds.
-
-    Its value, by which the best policy is chosen, is ln(1 + mean round trips), averaged over the
-    scenarios.
-    """
-    return CurvePoint(
-        step=step,
-        simulated_s=simulated_s,
-        value=float(np.mean([np.log1p(each.mean()) for each in trips.values()])),
-        round_trips={name: mean_with_interval(each) for name, each in trips.items()},
-    )
 
 
 def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:

@@ -72,14 +72,6 @@ for kind, policy in KINDS.items():
     POLICIES.register(kind, first_line)(named_policy(kind, policy()))
 
 
-def learned_layer(layer: LayerName, controller: LayeredController) -> type[Parameters]:
-    """Class of a learned layer of a controller, which runs a policy from a file."""
-    if layer == "motion":
-        return LearnedMotion
-    remembers = network_over(controller.estimator) is REPUTATION_NETWORK
-    return LearnedReputation if remembers else LearnedWeighting
-
-
 def with_learned_layers(
     controller: LayeredController, layers: Sequence[LayerName], policy: Path
 ) -> LayeredController:
@@ -90,8 +82,12 @@ def with_learned_layers(
         layers: Layers to replace: `weighting`, `motion`.
         policy: A file that `swarm-forage train` has written.
     """
-    file = {"policy": str(policy)}
-    parts = {each: learned_layer(each, controller).model_validate(file) for each in layers}
+    remembers = network_over(controller.estimator) is REPUTATION_NETWORK
+    kinds: dict[LayerName, type[Parameters]] = {
+        "weighting": LearnedReputation if remembers else LearnedWeighting,
+        "motion": LearnedMotion,
+    }
+    parts = {each: kinds[each].model_validate({"policy": str(policy)}) for each in layers}
     return replace(controller, **parts)  # type: ignore[arg-type] # of no `name`
 
 

@@ -1,6 +1,8 @@
-"""Recorded exchanges: what a robot observed of them, and how far both estimates truly erred.
+"""Exchanges, and how far both estimates truly erred: recorded to be fitted to, or as a reward.
 
-The truth is known in training, and nowhere else, so a weight can be scored without trial and error.
+The truth is known in training, and nowhere else. So a network can be fitted to recorded exchanges
+without trial and error; and a reward can pay for a weight at once, minutes before round trips do,
+so that a weighting is learned as a contextual bandit.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,6 +19,7 @@ from baselines.running import RunningLayers
 from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import is_weighed
 from swarm_forage_env.foraging.records import Exchange
@@ -24,7 +27,7 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout
-from swarm_forage_env.record import Rows
+from swarm_forage_env.record import Rows, rows
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
     REMEMBERED,
@@ -33,13 +36,16 @@ from training.learned_weighting import (
     network_over,
 )
 from training.policy_file import observation_layout
-from training.weighting_actor import WeightingActor
+from training.tensor_vec_env import Step, TensorVecEnv
 
 MAX_SQUARED_ERROR = 0.5
 """Upper bound of the squared error in the loss [m2]: a robot with an error of 0.7 m is lost."""
 
 UNKNOWN_ERROR = 0.15
 """What it counts in the loss not to know an area [m2]: as if its place erred by 0.4 m."""
+
+REWARD_UNIT = 0.01
+"""Reduction of the squared error that earns a reward of 1 [m2]: that of an error of 10 cm."""
 
 BATCH_SIZE = 1024  # exchanges of each scenario in a gradient step
 
@@ -64,6 +70,20 @@ def error_of_copying(g: Tensor, heard: Tensor) -> Tensor:
     """
     copied = torch.clamp((heard**2).sum(1), max=MAX_SQUARED_ERROR)
     return (1.0 - g) * UNKNOWN_ERROR + g * copied
+
+
+def error_reduction(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
+    """How much smaller the squared error of an estimate is after an exchange with weight g [m2].
+
+        |e_i|^2 - |(1 - g) e_i + g e_j|^2,   both at most `MAX_SQUARED_ERROR`
+
+    e_i, e_j are the true errors of the own and of the heard estimate of the area [m].
+    """
+    return squared_error(torch.zeros_like(g), own, heard) - squared_error(g, own, heard)
+
+
+Actor = Callable[[Tensor], Tensor]
+"""Maps what is observed of exchanges to the weights of both areas."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +120,7 @@ class Exchanges:
         known = torch.from_numpy(self.known)
         return known * squared_error(g, own, heard) + (1.0 - known) * error_of_copying(g, heard)
 
-    def error(self, actor: WeightingActor) -> Tensor:
+    def error(self, actor: Actor) -> Tensor:
         """Mean squared error of the estimates that a network merges [m2]."""
         weights = actor(torch.from_numpy(self.observed))
         return self.loss((weights * torch.from_numpy(self.area)).sum(1)).mean()
@@ -121,7 +141,7 @@ class Exchanges:
             )
         return gain
 
-    def share(self, actor: WeightingActor, gain: Tensor) -> float:
+    def share(self, actor: Actor, gain: Tensor) -> float:
         """Error reduction by a network, as a share of the error reduction by the oracle."""
         nobody = self.loss(torch.zeros(len(self))).mean()
         with torch.no_grad():
@@ -157,7 +177,10 @@ class RecordingWeighting:
         is_double = running.estimator.numbers["double"] > 0.0
 
         def record_and_weigh(exchange: Rows) -> Float32[Array, "rows areas"]:
-            row, area = np.nonzero(self._is_recorded(exchange, is_double))
+            is_recorded = is_merged(exchange, is_double)
+            if self.remembers:  # it is asked about areas that the robot does not know, too
+                is_recorded |= (exchange.heard_known > 0.0) & ~(exchange.own_known > 0.0)
+            row, area = np.nonzero(is_recorded)
             own, heard = errors(running.minds, world)
             observed = self.layout.matrix({"exchange": exchange})[row]
             if self.remembers:
@@ -168,12 +191,6 @@ class RecordingWeighting:
             return weigh(exchange)
 
         return record_and_weigh
-
-    def _is_recorded(self, exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
-        """The partner told of the area, and the network is asked about it."""
-        is_told, is_known = exchange.heard_known > 0.0, exchange.own_known > 0.0
-        merged = is_merged(exchange, is_double)
-        return merged | (is_told & ~is_known) if self.remembers else merged
 
 
 def is_merged(exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
@@ -209,3 +226,36 @@ def record_exchanges(
     loop.run(scenario.n_ticks)
     n_features = len(layout) + (len(REMEMBERED) if weighting.remembers else 0)
     return Exchanges.of(weighting.recorded, n_features)
+
+
+class ErrorRewardVecEnv(TensorVecEnv):
+    """Rewards a learner for the error reduction in its exchange, in the place of round trips.
+
+    Its blocks step on exchanges, among robots that exchange the places of areas.
+    """
+
+    def step(self, actions: Tensor) -> Step:
+        """One decision of all rows, with rewards in `REWARD_UNIT`."""
+        g = torch.split((actions.cpu() + 1.0) / 2.0, self._n_rows)
+        reduced = torch.cat(
+            [_error_reduction_in(*each) for each in zip(self.blocks, g, strict=True)]
+        )
+        rewards = torch.where(self.acts, reduced.to(self.device) / REWARD_UNIT, 0.0)
+        return replace(super().step(actions), rewards=rewards)
+
+
+def _error_reduction_in(block: ArrayEnv, g: Tensor) -> Tensor:
+    """What every learner's weights g, of both areas, would reduce its errors by now [m2]."""
+    layers, world = block.download().loop.controller, block.world
+    assert isinstance(layers, RunningLayers)
+    assert isinstance(world, ForagingWorld)
+    is_double = layers.estimator.numbers["double"] > 0.0
+    merged = is_merged(rows(layers.minds["estimator"]["exchange"]), is_double)
+    own, heard, counts = (
+        torch.from_numpy(each.reshape(block.n_worlds, world.n_robots, *each.shape[1:]))[
+            :, block.learner_numbers
+        ].flatten(0, 2)
+        for each in (*errors(layers.minds, world), merged)
+    )
+    reduced = error_reduction(g.flatten(), own.float(), heard.float())
+    return torch.where(counts, reduced, 0.0).view(-1, 2).sum(1)

@@ -11,15 +11,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, field_validator
 
+from swarm_forage_env import envs
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from swarm_forage_env.envs import (
-    actions,
-    config,
-    decision_kernels,
-    extra_observations,
-    observations,
-    policy_form,
-)
 from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
 from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
@@ -29,9 +22,11 @@ from training.foreign_file import is_file
 from training.policy_card import PolicyCard, read_policy_card
 
 SHOWN_BY = tuple(
-    Path(getfile(module))
-    for module in (actions, extra_observations, config, decision_kernels, observations, policy_form)
-)
+    Path(envs.__file__).with_name(f"{name}.py")
+    for name in (
+        "actions", "extra_observations", "config", "decision_kernels", "observations", "policy_form"
+    )
+)  # fmt: skip
 """The code of environments between a policy and the world."""
 
 Predict = Callable[[Float32[Array, "robots numbers"]], object]

@@ -256,9 +256,13 @@ def load_policy(policy: str | Path) -> Policy:
     """
     file = policy_path(policy)
     weights, sha256 = read_weights(file)
-    card = _read_card(card_path(file))
+    beside = card_path(file)
+    try:
+        card = Card.model_validate_json(read_file(beside, "card", LARGEST_CARD))
+    except ValidationError as error:
+        raise ConfigError(f"card {beside}: {reason(error)}") from None
     if card.sha256 != sha256:
-        raise ConfigError(f"policy {file}: its card {card_path(file)} is of other weights")
+        raise ConfigError(f"policy {file}: its card {beside} is of other weights")
     for name in weights:
         if name.partition(".")[0] not in card.layers:
             raise ConfigError(f"policy {file}: array '{name}' belongs to no layer of its card")
@@ -302,13 +306,6 @@ def missing_package(what: str, error: ModuleNotFoundError) -> ModuleNotFoundErro
     """The error of something that needs a package, with what installs it."""
     text = f"{what}: needs '{error.name}': {remedy(error.name)}"
     return ModuleNotFoundError(text, name=error.name)
-
-
-def _read_card(file: Path) -> Card:
-    try:
-        return Card.model_validate_json(read_file(file, "card", LARGEST_CARD))
-    except ValidationError as error:
-        raise ConfigError(f"card {file}: {reason(error)}") from None
 
 
 def _names(layout: Layout) -> tuple[FeatureName, ...]:

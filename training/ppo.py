@@ -2,7 +2,7 @@
 
 Observations and actions are those of `parallel_env(scenario, learn=layer)`, and the reward is round
 trips, as for every other trainer; a weighting is rewarded by the error of estimates
-(`training.error_rewards`). Training runs in intervals. Each resets the worlds with new seeds and
+(`training.exchanges`). Training runs in intervals. Each resets the worlds with new seeds and
 ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the
 last interval and ends with the same result.
 
@@ -24,7 +24,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv, checked_device
 from swarm_forage_env.envs.keywords import EnvOptions, OwnName
 from swarm_forage_env.envs.make import checked_parts
 from training.actor_critic import ActorCritic, RecurrentActorCritic
-from training.error_rewards import ErrorRewardVecEnv
+from training.exchanges import ErrorRewardVecEnv
 from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.network_policy import NetworkPolicy, save_network
 from training.policy_card import card_of

@@ -224,10 +224,6 @@ class PPOLearner:
         self._before = 0
 
     @property
-    def _why_together(self) -> str:
-        return "memory" if self._n_state else f"rows_together={self._hyperparameters.rows_together}"
-
-    @property
     def _n_state(self) -> int:
         return self.policy.n_state if isinstance(self.policy, RecurrentActorCritic) else 0
 
@@ -325,7 +321,8 @@ class PPOLearner:
         returns = (gains + rollout.values[:-1]).flatten()
         before, gains = rollout.log_probs.flatten(), gains.flatten()
         groups = self._groups(len(gains))
-        acts = _groups_that_act(rollout.acts, groups, self._why_together)
+        why = "memory" if self._n_state else f"rows_together={terms.rows_together}"
+        acts = _groups_that_act(rollout.acts, groups, why)
         n_minibatches = max(terms.n_minibatches, len(gains) // MIN_MINIBATCH)
         n_minibatches = min(n_minibatches, _n_acting(acts) // 2)
         observations, actions = rollout.observations, rollout.actions

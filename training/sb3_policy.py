@@ -13,7 +13,7 @@ from functools import partial
 from importlib import import_module
 from itertools import pairwise, product
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from gymnasium.spaces import Discrete
@@ -161,7 +161,8 @@ def network_of(file: str, model: SavedModel, n_observed: int, n_bytes: int) -> N
     ConfigError for others, and for a network of more weights than its file has bytes for.
     """
     keywords = {name: each for name, each in model.policy_kwargs.items() if name not in NO_MATTER}
-    if any(_is_pickled(each) for each in keywords.values()):
+    texts = [each for each in keywords.values() if isinstance(each, str)]
+    if any(each.startswith("<") and not ACTIVATION.fullmatch(each) for each in texts):
         return None
     kind = RecurrentNetwork if model.policy_class.module == RECURRENT else Network
     try:
@@ -194,10 +195,6 @@ def read_weights(file: str, content: bytes) -> Mapping[str, "Tensor"]:
     return weights
 
 
-def _is_pickled(value: object) -> bool:
-    return isinstance(value, str) and value.startswith("<") and not ACTIVATION.fullmatch(value)
-
-
 RECURRENT = "sb3_contrib.common.recurrent.policies"
 
 KNOWN = {
@@ -208,8 +205,6 @@ KNOWN = {
     "stable_baselines3.td3.policies": "TD3Policy",
 }
 """Classes of policies that need no pickle: of RecurrentPPO, PPO and A2C, DQN, SAC, TD3 and DDPG."""
-
-Output = TypeVar("Output")
 
 States = tuple[Array, ...]  # hidden and cell states of an LSTM, each (layers, robots, units)
 
@@ -278,41 +273,41 @@ class SB3Policy(PolicyFile):
         from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 
         if not isinstance(model, RecurrentActorCriticPolicy):
-            return self._asked(lambda *inputs: ask(*inputs, None)[0])
+            return lambda *inputs: self._asked(ask, *inputs, None)[0]
         layers, _, units = model.lstm_hidden_state_shape
 
         def step(*inputs: Array) -> tuple[Array, Array]:
             *seen, rows = inputs
             hidden, cell = rows.reshape(-1, 2, layers, units).transpose(1, 2, 0, 3)
-            actions, states = ask(*seen, (hidden, cell))
+            actions, states = self._asked(ask, *seen, (hidden, cell))
             assert states is not None, "an LSTM has states"
             return actions, np.stack(states).transpose(2, 0, 1, 3).reshape(rows.shape)
 
-        return Recurrent(self._asked(step), 2 * layers * units)
+        return Recurrent(step, 2 * layers * units)
+
+    def _asked(self, ask: Callable[..., Asked], *inputs: object) -> Asked:
+        """What `ask` gives; ConfigError where it fails."""
+        try:
+            return ask(*inputs)
+        except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
+            why = reason(error)
+            raise ConfigError(f"policy {self.file}: gives no action ({why})") from None
 
     def _model(self, form: PolicyForm) -> "BasePolicy":
         """The model's policy, with its weights."""
         saved, data, content = read_zip(self.path)
         _check_spaces(self.file, saved, form)
         chosen = self._trusted(data) if self.trust else self._plain(saved, form, len(content))
+        policy, keywords = chosen
         if saved.use_sde:
-            chosen[1].setdefault("use_sde", True)
-        model = _make(self.file, chosen, form)
+            keywords.setdefault("use_sde", True)
+        try:
+            model = policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
+        except (TypeError, AssertionError, RuntimeError, ValueError) as error:
+            raise ConfigError(f"policy {self.file}: cannot be made here: {reason(error)}") from None
         _load(self.file, model, read_weights(self.file, content))
         model.set_training_mode(False)
         return model
-
-    def _asked(self, ask: Callable[..., Output]) -> Callable[..., Output]:
-        """The same function; ConfigError where it fails."""
-
-        def asked(*arrays: Array) -> Output:
-            try:
-                return ask(*arrays)
-            except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
-                why = reason(error)
-                raise ConfigError(f"policy {self.file}: gives no action ({why})") from None
-
-        return asked
 
     def _trusted(self, data: bytes) -> Chosen:
         """Class and keywords of the policy, unpickled."""
@@ -329,15 +324,17 @@ class SB3Policy(PolicyFile):
 
     def _plain(self, saved: SavedModel, form: PolicyForm, n_bytes: int) -> Chosen:
         """Class and keywords of the policy, from plain JSON."""
-        policy = _named_class(saved.policy_class)
+        named = saved.policy_class
+        name = KNOWN.get(named.module, "")
+        is_known = bool(name) and f"{name}.__init__ " in named.init
         network = network_of(self.file, saved, len(form.layout), n_bytes)
-        if policy is None or network is None:
-            what = "policy_class" if policy is None else "policy_kwargs"
+        if not is_known or network is None:
+            what = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
                 f"policy {self.file}: its {what} can only be had by unpickling, which runs whatever"
                 f" code is in the file; where you trust it: sb3:{self.file},trust=true"
             )
-        return policy, network.model_dump(exclude_unset=True)
+        return vars(import_module(named.module))[name], network.model_dump(exclude_unset=True)
 
 
 def _dense(model: "BasePolicy") -> DenseNetwork | None:
@@ -388,24 +385,6 @@ def _distribution(
     return told.distribution, after
 
 
-def _named_class(named: PolicyClass) -> "type[BasePolicy] | None":
-    """The class of the policy; None for an unknown one."""
-    name = KNOWN.get(named.module, "")
-    if not name or f"{name}.__init__ " not in named.init:
-        return None
-    policy: type[BasePolicy] = vars(import_module(named.module))[name]
-    return policy
-
-
-def _make(file: str, chosen: Chosen, form: PolicyForm) -> "BasePolicy":
-    """The policy with random weights."""
-    policy, keywords = chosen
-    try:
-        return policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
-    except (TypeError, AssertionError, RuntimeError, ValueError) as error:
-        raise ConfigError(f"policy {file}: cannot be made here: {reason(error)}") from None
-
-
 def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> None:
     """Load the weights of a policy; ConfigError for others than it has, NaN and infinity."""
     import torch
@@ -447,15 +426,11 @@ def _sizes(form: PolicyForm) -> tuple[str, str]:
 
 def _fitting(form: PolicyForm, trained: tuple[str, str]) -> str:
     """The fewest keywords under which a policy has these sizes; an example if none are found."""
-    choices = form.config.discrete, not form.config.discrete
-    tried = product(form.task.policies, choices, range(1, 5))
-    found = []
-    for learn, discrete, stack in tried:
-        terms = {"learn": learn, "discrete": discrete, "stack": stack, "decision_period": None}
+    now, found = dict(form.config), []
+    for learn, discrete, stack in product(form.task.policies, (False, True), range(1, 5)):
+        terms = {"learn": learn, "discrete": discrete, "stack": stack}
+        changed = form.config.model_copy(update={**terms, "decision_period": None})
         with suppress(ConfigError, UnknownNameError):
-            other = PolicyForm([form.scenario], form.config.model_copy(update=terms))
-            if _sizes(other) == trained:
-                del terms["decision_period"]
-                own = dict(form.config)
-                found.append({k: each for k, each in terms.items() if own[k] != each})
+            if _sizes(PolicyForm([form.scenario], changed)) == trained:
+                found.append({name: each for name, each in terms.items() if now[name] != each})
     return as_in_a_name(min(found, key=len)) if found else "observation=layer+time_left,walk=false"

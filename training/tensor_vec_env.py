@@ -96,7 +96,9 @@ class TensorVecEnv:
             np.repeat(each.is_over, len(block.learners))
             for block, each in zip(self.blocks, steps, strict=True)
         ]
-        rows = self._placed(torch.from_numpy(np.flatnonzero(np.concatenate(ended))))
+        rows = torch.from_numpy(np.flatnonzero(np.concatenate(ended)))
+        if self.device.type == "cuda":  # without waiting for it
+            rows = rows.pin_memory().to(self.device, non_blocking=True)
         rewards = torch.cat([tensor_of(each.rewards).float().flatten() for each in steps])
         final, observations = ([each[k] for each in steps] for k in range(2))
         self.stepping_s += time.perf_counter() - begin
@@ -110,12 +112,6 @@ class TensorVecEnv:
     def _update_acts(self, acts: Sequence[object]) -> None:
         if acts[0] is not None:
             self.acts = torch.cat([tensor_of(each).flatten() for each in acts]) > 0.0
-
-    def _placed(self, rows: Tensor) -> Tensor:
-        """Numbers of rows where the worlds are, without waiting for a GPU."""
-        if self.device.type == "cuda":
-            return rows.pin_memory().to(self.device, non_blocking=True)
-        return rows
 
     def _follow_stream(self) -> None:
         for block in self.blocks:

@@ -206,7 +206,9 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         done = torch.from_numpy(env.is_over)[:, None]
         never = torch.zeros_like(done)
         info = dict(zip(self.array_env.infos, _float(env.log()).unbind(-1), strict=True))
-        info |= {name: self._of_robots(numbers) for name, numbers in infos.items()}
+        for name, numbers in infos.items():
+            told = _float(numbers)
+            info[name] = told if told.ndim > 1 else told[:, None].expand(per_robot)
         group = {
             "observation": tensor_of(observations),
             "info": TensorDict(info, per_robot, device=device),
@@ -219,14 +221,11 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
             tensors["state"] = torch.from_numpy(env.state())
         return TensorDict(tensors, self.batch_size, device=device)
 
-    def _of_robots(self, numbers: Array) -> Tensor:
-        tensor = _float(numbers)
-        return tensor if tensor.ndim > 1 else tensor[:, None].expand(self._per_robot)
-
     def _make_specs(self) -> None:
         env, worlds, per_robot = self.array_env, self.batch_size, self._per_robot
-        one = Unbounded(shape=per_robot)
-        info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
+        one, acts = Unbounded(shape=per_robot), ("acts",) * (env.config.step_on == "exchange")
+        of_step = "unshaped_reward", *acts, *env.episodes.drawn
+        info = {name: one.clone() for name in (*env.infos, *of_step)}
         seen = _spec(env.observation_space, per_robot)
         observed = {"observation": seen, "info": Composite(info, shape=per_robot)}
         observations: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
@@ -234,9 +233,9 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
             observations["state"] = _spec(env.state_space, worlds)
         earned = {"reward": Unbounded(shape=(*per_robot, 1))}
         flag = Categorical(2, shape=(1,), dtype=torch.bool)
-        acts = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
+        given = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
         self.observation_spec = Composite(observations, shape=worlds).to(self.device)
-        self.action_spec = self._of_group(acts)
+        self.action_spec = self._of_group(given)
         self.reward_spec = self._of_group(earned)
         ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
         of_worlds = {name: flag.expand(*worlds, 1) for name in ENDS}
@@ -245,12 +244,6 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     def _of_group(self, specs: dict[str, TensorSpec]) -> Composite:
         group = Composite(specs, shape=self._per_robot)
         return Composite({self.group: group}, shape=self.batch_size).to(self.device)
-
-
-def _of_step(env: ArrayEnv) -> tuple[str, ...]:
-    """Names of the infos of a step beside the task's."""
-    acts = ("acts",) if env.config.step_on == "exchange" else ()
-    return ("unshaped_reward", *acts, *env.episodes.drawn)
 
 
 def _ends(done: Tensor, never: Tensor) -> dict[str, Tensor]:

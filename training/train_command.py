@@ -32,8 +32,11 @@ EVERY = {"cma": 5, "imitation": 2, "ppo": 1_500_000, "ppo of everything": 20_000
 WORLDS = {"cma": 8, "imitation": 24, "ppo": 8, "ppo of everything": 64}
 
 
-def _listed(numbers: dict[str, int]) -> str:
-    return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
+def _option(text: str, default: str | dict[str, int]) -> object:
+    """An option whose default depends on others, and is told in words."""
+    if not isinstance(default, str):
+        default = ", ".join(f"{algorithm}: {number}" for algorithm, number in default.items())
+    return Option(help=text, show_default=default)
 
 
 DEFAULT_CONTROLLER = {
@@ -60,10 +63,10 @@ def train(  # noqa: PLR0913 the options of a command
     ],
     algorithm: Annotated[
         Literal["cma", "imitation", "ppo"] | None,
-        Option(
-            help="cma: CMA-ES on the round trips of the swarm. imitation:"
-            " DAgger, supervised by the true errors of the estimates. ppo: policy gradient.",
-            show_default="cma for weighting, else ppo",
+        _option(
+            "cma: CMA-ES on the round trips of the swarm. imitation: DAgger, supervised by the true"
+            " errors of the estimates. ppo: policy gradient.",
+            "cma for weighting, else ppo",
         ),
     ] = None,
     seed: Annotated[int, Option(help="Of the training; the worlds follow from it.")] = 0,
@@ -78,41 +81,32 @@ def train(  # noqa: PLR0913 the options of a command
     workers: Annotated[int, Option(help="Processes to run worlds in; for ppo, threads.")] = 2,
     budget: Annotated[
         int | None,
-        Option(
-            help="How long: generations (cma), rounds (imitation) or robot steps (ppo).",
-            show_default=_listed(BUDGET),
-        ),
+        _option("How long: generations (cma), rounds (imitation) or robot steps (ppo).", BUDGET),
     ] = None,
     every: Annotated[
         int | None,
-        Option(
-            help="Evaluate on held-back seeds so often: generations, rounds or steps.",
-            show_default=_listed(EVERY),
-        ),
+        _option("Evaluate on held-back seeds so often: generations, rounds or steps.", EVERY),
     ] = None,
     worlds: Annotated[
         int | None,
-        Option(
-            help="Parallel worlds: for each candidate in each scenario (cma), or of the"
-            " smallest swarm (imitation, ppo).",
-            show_default=_listed(WORLDS),
+        _option(
+            "Parallel worlds: for each candidate in each scenario (cma), or of the smallest swarm"
+            " (imitation, ppo).",
+            WORLDS,
         ),
     ] = None,
     held_back: Annotated[
         int, Option(help="Held-back seeds of an evaluation, in each scenario.")
     ] = 10,
     population: Annotated[
-        int | None,
-        Option(
-            help="Candidates of a generation (cma).", show_default="4 + 3 ln(number of weights)"
-        ),
+        int | None, _option("Candidates of a generation (cma).", "4 + 3 ln(number of weights)")
     ] = None,
     controller: Annotated[
         str | None,
-        Option(
-            help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
-            " is a learned one, cma and imitation start from that.",
-            show_default="weighting: dsgiff-frequent; motion by cma: ssgiff; else ssgikf",
+        _option(
+            "Controller of the other layers; parameters as in `evaluate`. If its own layer is a"
+            " learned one, cma and imitation start from that.",
+            "weighting: dsgiff-frequent; motion by cma: ssgiff; else ssgikf",
         ),
     ] = None,
     settings: EverySettingsOption = None,

@@ -8,13 +8,15 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
+
 from baselines.evaluation.console import progress_bar
 from swarm_forage_env.arrays import Array, Float32, Int64
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import (
     BEST_POLICY,
     CHECKPOINT,
-    evaluation_point,
+    mean_with_interval,
     read_checkpoint,
     write_checkpoint,
 )
@@ -124,8 +126,17 @@ class Training(ABC):
         """Run one training step, and return a line to print, if any."""
 
     def evaluate(self) -> CurvePoint:
-        """Evaluate the current policy on the held-back seeds, and save it if it is the best."""
-        point = evaluation_point(self.done, self._simulated_s, self._round_trips())
+        """Evaluate the current policy on the held-back seeds, and save it if it is the best.
+
+        The best one is that of the highest ln(1 + mean round trips), averaged over the scenarios.
+        """
+        trips = self._round_trips()
+        point = CurvePoint(
+            step=self.done,
+            simulated_s=self._simulated_s,
+            value=float(np.mean([np.log1p(each.mean()) for each in trips.values()])),
+            round_trips={name: mean_with_interval(each) for name, each in trips.items()},
+        )
         if all(point.value > each.value for each in self.curve):
             self._best = self._weights
         self.curve.append(point)

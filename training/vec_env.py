@@ -79,7 +79,9 @@ class SwarmVecEnv(VecEnv):
         self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
         self._next: Float32[Array, "rows numbers"] | None = None
         super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
-        self.metadata = self._shown_at()
+        decisions_per_s = max(1, round(1.0 / float(self.scenario.tick * env.config.period)))
+        modes = render_modes(self.scenario)
+        self.metadata = {"render_modes": modes, "render_fps": decisions_per_s}
         self.seed(seed)
 
     def __repr__(self) -> str:
@@ -184,12 +186,6 @@ class SwarmVecEnv(VecEnv):
     def _drawn(self) -> list[Frame | None]:
         self.env.download()
         return [None if isinstance(each, str) else each for each in self._screen.draw()]
-
-    def _shown_at(self) -> dict[str, Any]:
-        """The render modes, and the decisions in a second [Hz]."""
-        seconds = float(self.scenario.tick * self.env.config.period)
-        rate = max(1, round(1.0 / seconds))
-        return {"render_modes": render_modes(self.scenario), "render_fps": rate}
 
     def _note_ends(
         self,

@@ -2,19 +2,37 @@
 
 import ast
 import inspect
-import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from baselines.evaluation.listing import describe
 from swarm_forage_env import find_scenario, parallel_env
 from swarm_forage_env.spaces import Layout
 from swarm_forage_env.task import task_of
 
+TEMPLATES = Environment(
+    loader=FileSystemLoader(Path(__file__).parent / "templates"),
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    keep_trailing_newline=True,
+)
+
+HEADS = "numbers", "name", "unit and scale", "from", "to", "noise", "meaning"
+
+
+def rendered(template: str, **terms: object) -> str:
+    """The text of a card, from its template."""
+    return TEMPLATES.get_template(f"{template}.md.j2").render(**terms)
+
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
-    lines = [heads, ["---"] * len(heads), *rows]
+    """A table in Markdown; columns in which nothing stands are left out."""
+    shown = [k for k in range(len(heads)) if any(row[k] for row in rows)]
+    lines = [[line[k] for k in shown] for line in (heads, ["---"] * len(heads), *rows)]
     escaped = ([cell.replace("|", r"\|") for cell in line] for line in lines)
     return "\n".join(f"| {' | '.join(line)} |" for line in escaped)
 
@@ -28,14 +46,11 @@ def policy(name: str, learn: str) -> str:
         for each in observes
     }
     seen, given = env.observation_layout, env.action_layout
-    heads = "numbers", "name", "unit and scale", "from", "to", "noise", "meaning"
-    rows = list(_rows(seen, meanings))
-    shown = [k for k in range(len(heads)) if k < 5 or any(row[k] for row in rows)]
     return (
         f'### Observation of `learn="{learn}"`, {_counted(seen)} {{ #sees-{learn} }}\n\n'
-        f"{table([heads[k] for k in shown], [[row[k] for k in shown] for row in rows])}\n\n"
+        f"{table(HEADS, list(_rows(seen, meanings)))}\n\n"
         f'### Action of `learn="{learn}"`, {_counted(given)} {{ #gives-{learn} }}\n\n'
-        f"{table(heads[:5], [row[:5] for row in _rows(given, {})])}\n"
+        f"{table(HEADS[:5], [row[:5] for row in _rows(given, {})])}\n"
     )
 
 
@@ -79,7 +94,7 @@ def _field_docstrings(kind: type) -> dict[str, str]:
     for field, below in zip(tree.body, tree.body[1:], strict=False):
         if isinstance(field, ast.AnnAssign) and isinstance(below, ast.Expr):
             text = ast.literal_eval(below.value)
-            found[ast.unparse(field.target)] = re.sub(r"\s+", " ", text).strip()
+            found[ast.unparse(field.target)] = " ".join(text.split())
     return found
 
 

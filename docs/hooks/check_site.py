@@ -10,9 +10,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-ASSETS = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src"}
-"""Elements that fetch what their attribute names; `link` is looked at by its relation."""
-
 FETCHED_RELATIONS = {"stylesheet", "icon", "preload", "preconnect", "dns-prefetch", "prefetch"}
 FROM_ELSEWHERE = re.compile(r"(?:url\(|@import)\s*[\"']?(?:https?:)?//", re.IGNORECASE)
 
@@ -34,8 +31,8 @@ class Page(HTMLParser):
         self.anchors |= {found[name] for name in ("id", "name") if name in found}
         if tag == "a" and "href" in found:
             self.links.append(found["href"])
-        if tag in ASSETS and ASSETS[tag] in found:
-            self.assets.append(found[ASSETS[tag]])
+        if "src" in found:
+            self.assets.append(found["src"])
         if tag == "link" and FETCHED_RELATIONS & set(found.get("rel", "").split()):
             self.assets.append(found["href"])
 

@@ -4,25 +4,38 @@ A docstring shows an equation as plain text, so that it reads in a terminal; the
 text typeset. Text that is not in this notation raises `NotationError`, and is shown as it is.
 """
 
+import ast
+import json
 import re
+from collections.abc import Sequence
 
 SYMBOLS = {
     **{name: rf"\{name}" for name in ("alpha", "beta", "gamma", "theta", "phi", "psi", "zeta",
        "rho", "mu", "sigma", "pi", "Phi", "sin", "cos", "exp", "ln", "max", "min", "det")},
     **{name: rf"\Delta {what}" for name, what in (("drho", r"\rho"), ("dtheta", r"\theta"),
        ("dU", "U"), ("dd", "d"), ("dx", "x"), ("dy", "y"), ("dt", "t"))},
-    "sum": r"\sum", "+-": r"\pm", "<=": r"\le", ">=": r"\ge",
+    "sum": r"\sum",
 }  # fmt: skip
-"""Names and operators that are not written as they stand."""
+"""Names that are not written as they stand."""
 
 APPLIED = {"sin", "cos", "exp", "ln", "max", "min", "det", "sqrt", "atan2", "clip", "diag"}
 """Functions: what follows in brackets is their argument."""
-
-RELATIONS = {"=", "+", "-", "+-", "<=", ">=", "+="}
 TOKEN = re.compile(
-    r"\s*(?P<token>\d+(?:\.\d+)?|[A-Za-z][A-Za-z0-9]*|\+-|\+=|<=|>=|[-+=/^_|()\[\],']|@\d+@)\s*"
+    r'"[^"]*"|\d+(?:\.\d+)?|[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*|\+-|[+<>]=|[-+=/^|()\[\],\']'
 )
 MATRIX = re.compile(r"\[([^\[\]]*[;&][^\[\]]*)\]")
+
+IN_PYTHON = {
+    "(": "group(", "[": "square(", "]": ")", "^": "**", "=": "==", "+=": " in ",
+    "'": r"**'\\mathsf T'",
+}  # fmt: skip
+OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Eq: "=", ast.LtE: r"\le", ast.GtE: r"\ge"}
+BRACKETS = {
+    "group": ("(", ")"),
+    "square": ("[", "]"),
+    "bars": (r"\left| ", r" \right|"),
+    "_sqrt": (r"\sqrt{", "}"),
+}
 
 
 class NotationError(ValueError):
@@ -37,15 +50,19 @@ def to_latex(text: str) -> str:
     >>> to_latex("A = [1 0; 0 -r sin(d)]")
     'A = \\begin{matrix} 1 & 0 \\\\ 0 & -r \\, \\sin (d) \\end{matrix}'
     """
-    matrices: list[str] = []
 
     def set_aside(match: re.Match[str]) -> str:
         rows = [" & ".join(map(to_latex, _entries(row))) for row in match[1].split(";")]
         body = r" \\ ".join(rows)
-        matrices.append(rf"\begin{{matrix}} {body} \end{{matrix}}")
-        return f"@{len(matrices) - 1}@"
+        return json.dumps(rf"\begin{{matrix}} {body} \end{{matrix}}")
 
-    return _Parser(MATRIX.sub(set_aside, text.strip()), matrices).whole()
+    whole = MATRIX.sub(set_aside, text.strip())
+    if whole.startswith("[") or TOKEN.sub("", whole).strip():
+        raise NotationError(text)
+    try:
+        return _latex(ast.parse(_in_python(whole), mode="eval").body)
+    except (SyntaxError, KeyError):
+        raise NotationError(text) from None
 
 
 def equations(block: str) -> list[str]:
@@ -88,124 +105,87 @@ def _entries(row: str) -> list[str]:
     return found
 
 
-class _Parser:
-    """Recursive descent over the tokens of one equation."""
-
-    def __init__(self, text: str, matrices: list[str]) -> None:
-        """Take apart a text, in which `@0@` stands for the first matrix."""
-        self._text, self._matrices = text, matrices
-        self._tokens: list[str] = []
-        if text.startswith("["):
-            raise NotationError(text)
-        position = 0
-        while position < len(text):
-            match = TOKEN.match(text, position)
-            if match is None:
-                raise NotationError(text)
-            self._tokens.append(match["token"])
-            position = match.end()
-        self._at, self._is_in_bars = 0, False
-
-    def whole(self) -> str:
-        """The LaTeX of all tokens."""
-        found = self._list()
-        if self._at < len(self._tokens):
-            raise NotationError(self._text)
-        return found
-
-    @property
-    def _next(self) -> str:
-        return self._tokens[self._at] if self._at < len(self._tokens) else ""
-
-    def _take(self, wanted: str = "") -> str:
-        token = self._next
-        if not token or (wanted and token != wanted):
-            raise NotationError(self._text)
-        self._at += 1
-        return token
-
-    def _list(self) -> str:
-        found = [self._sum()]
-        while self._next == ",":
-            self._take()
-            found.append(self._sum())
-        return r",\ ".join(found)
-
-    def _sum(self) -> str:
-        found = self._take() if self._next == "-" else ""
-        found += self._fraction()
-        while self._next in RELATIONS:
-            operator = self._take()
-            if operator == "+=":
-                found, operator = rf"{found} \leftarrow {found}", "+"
-            found += f" {SYMBOLS.get(operator, operator)} "
-            found += self._take() if self._next == "-" else ""
-            found += self._fraction()
-        return found
-
-    def _fraction(self) -> str:
-        above = self._product()
-        while self._next == "/":
-            self._take()
-            above = rf"\frac{{{_bare(above)}}}{{{_bare(self._factor())}}}"
-            if self._starts_factor():
-                above += rf" \, {self._product()}"
-        return above
-
-    def _product(self) -> str:
-        found = self._factor()
-        while self._starts_factor():
-            factor = self._factor()
-            gap = r"\ " if r"\mathrm" in found + factor else r"\,"
-            found += f" {gap} {factor}"
-        return found
-
-    def _starts_factor(self) -> bool:
-        token = self._next
-        opens = token in {"(", "["} or (token == "|" and not self._is_in_bars)
-        return opens or bool(re.match(r"[A-Za-z0-9@]", token))
-
-    def _factor(self) -> str:
-        found = self._atom()
-        while self._next in {"_", "^", "'"}:
-            mark = self._take()
-            if mark == "'":
-                found += r"^{\mathsf T}"
-            else:
-                sign = self._take() if self._next == "-" else ""
-                found += f"{mark}{{{sign}{_script(self._take())}}}"
-        return found
-
-    def _atom(self) -> str:
-        token = self._take()
-        if token == "(":
-            return self._enclosed("(", ")")
-        if token == "[":
-            return self._enclosed("[", "]")
+def _in_python(text: str) -> str:
+    """The same as an expression of Python: products told, names after `_`, brackets as calls."""
+    found, before, opened = "", "", [""]
+    for token in TOKEN.findall(text):
+        closes = token in (")", "]") or token == "|" == opened[-1]
+        is_call = token == "(" and before in APPLIED
+        is_product = re.match(r'["\w(\[|]', token) and re.match(r'["\w)\]\'}]', before)
+        if is_product and not closes and not is_call:
+            found += "*"
+        if closes:
+            opened.pop()
+        elif token in ("(", "[", "|"):
+            opened.append(token)
         if token == "|":
-            self._is_in_bars = True
-            inner = self._list()
-            self._is_in_bars = False
-            self._take("|")
-            return rf"\left| {inner} \right|"
-        if token.startswith("@"):
-            return self._matrices[int(token.strip("@"))]
-        if token == "sqrt":
-            self._take("(")
-            return rf"\sqrt{{{_bare(self._enclosed('(', ')'))}}}"
-        if not re.match(r"[A-Za-z0-9]", token):
-            raise NotationError(self._text)
-        if token in APPLIED and self._next == "(":
-            self._take()
-            return f"{_symbol(token)} {self._enclosed('(', ')')}"
-        return _symbol(token)
+            found += ")" if closes else "bars("
+            before = "}" if closes else "{"
+        else:
+            word = f"_{token}" if token[0].isalpha() else IN_PYTHON.get(token, token)
+            found += token if is_call else word
+            before = token
+    return found
 
-    def _enclosed(self, opening: str, closing: str) -> str:
-        in_bars, self._is_in_bars = self._is_in_bars, False
-        inner = self._list()
-        self._is_in_bars = in_bars
-        self._take(closing)
-        return f"{opening}{inner}{closing}"
+
+def _latex(node: ast.expr) -> str:
+    """An expression as LaTeX; KeyError for one that the notation lacks."""
+    match node:
+        case ast.Constant():
+            return str(node.value)
+        case ast.Name():
+            first, *scripts = node.id.removeprefix("_").split("_")
+            short = (each if len(each) <= 2 else _symbol(each) for each in scripts)
+            return _symbol(first) + "".join(f"_{{{each}}}" for each in short)
+        case ast.Call(func=ast.Name(id=name)):
+            opening, closing = BRACKETS.get(name, (f"{_symbol(name[1:])} (", ")"))
+            return f"{opening}{_listed(node.args)}{closing}"
+        case ast.Tuple():
+            return _listed(node.elts)
+        case ast.UnaryOp(op=ast.USub()):
+            return f"-{_latex(node.operand)}"
+        case ast.Compare():
+            return _compared(node)
+        case ast.BinOp():
+            return _binary(node)
+    raise KeyError(node)
+
+
+def _compared(node: ast.Compare) -> str:
+    found = _latex(node.left)
+    for operator, right in zip(node.ops, node.comparators, strict=True):
+        is_step = isinstance(operator, ast.In)
+        sign = rf"\leftarrow {found} +" if is_step else OPERATORS[type(operator)]
+        found += f" {sign} {_latex(right)}"
+    return found
+
+
+def _binary(node: ast.BinOp) -> str:
+    left, right = _latex(node.left), _latex(node.right)
+    match node.op:
+        case ast.Pow():
+            return f"{left}^{{{right}}}"
+        case ast.Mult():
+            is_fraction = isinstance(node.left, ast.BinOp) and isinstance(node.left.op, ast.Div)
+            gap = r"\ " if r"\mathrm" in left + right and not is_fraction else r"\,"
+            return f"{left} {gap} {right}"
+        case ast.Div():
+            above, below = (_latex(_bare(each)) for each in (node.left, node.right))
+            sign = "-" if above.startswith("-") else ""
+            return rf"{sign}\frac{{{above.removeprefix('-')}}}{{{below}}}"
+        case ast.Add() if right.startswith("-"):
+            return rf"{left} \pm {right.removeprefix('-')}"
+    return f"{left} {OPERATORS[type(node.op)]} {right}"
+
+
+def _listed(nodes: Sequence[ast.expr]) -> str:
+    return r",\ ".join(map(_latex, nodes))
+
+
+def _bare(node: ast.expr) -> ast.expr:
+    """What brackets enclose, which a fraction makes needless."""
+    is_group = isinstance(node, ast.Call) and ast.unparse(node.func) == "group"
+    return node.args[0] if is_group and len(node.args) == 1 else node
 
 
 def _symbol(name: str) -> str:
@@ -213,20 +193,3 @@ def _symbol(name: str) -> str:
     if name in SYMBOLS:
         return SYMBOLS[name]
     return name if len(name) == 1 or name[0].isdigit() else rf"\mathrm{{{name}}}"
-
-
-def _script(name: str) -> str:
-    """An index or exponent: indices of robots stand as letters, words upright."""
-    return name if len(name) <= 2 else _symbol(name)
-
-
-def _bare(text: str) -> str:
-    """A text without the brackets that enclose all of it, which a fraction makes needless."""
-    if not (text.startswith("(") and text.endswith(")")) or r",\ " in text:
-        return text
-    depth = 0
-    for k, character in enumerate(text):
-        depth += (character == "(") - (character == ")")
-        if depth == 0 and k < len(text) - 1:
-            return text
-    return text[1:-1]

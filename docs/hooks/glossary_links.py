@@ -3,10 +3,10 @@
 import re
 from collections.abc import Mapping
 
-from typography import changed
+from typography import HEADS, changed
 
 TERM = re.compile(r"^### (?P<words>.+?) \{ ?#(?P<anchor>[\w-]+) ?\}$", re.MULTILINE)
-UNTOUCHED = {"a", "code", "h1", "h2", "h3", "h4", "h5", "th", "figcaption"}
+PLAIN = {"a", "code", *HEADS, "h5", "th", "figcaption"}
 """In these elements no word is linked."""
 
 
@@ -45,6 +45,4 @@ def linked(page: str, words: Mapping[str, str], glossary: str) -> str:
         seen.add(anchor)
         return f'<a class="term" href="{glossary}#{anchor}">{match[0]}</a>'
 
-    return changed(
-        page, lambda text, path: text if UNTOUCHED & set(path) else pattern.sub(link, text)
-    )
+    return changed(page, lambda text, _: pattern.sub(link, text), PLAIN)

@@ -1,4 +1,4 @@
-"""Write docs/equations.md: which function implements which equation of which paper.
+"""Which function implements which equation of which paper: docs/equations.md, and a typeset page.
 
 Every docstring under the packages may hold lines such as
 
@@ -9,10 +9,14 @@ parsed, never imported.
 """
 
 import ast
+import html
 import re
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from equation_markup import NotationError, equations, to_latex
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("swarm_forage_env", "baselines")
@@ -29,6 +33,14 @@ HEAD = """\
 <!-- Made by `make docs-equations` from the `Source:` lines of the docstrings: edit those. -->
 
 # Equations and where they live
+"""
+
+TYPESET_HEAD = """\
+# Equations
+
+Which function implements which equation of which paper. The equations are those of the docstrings,
+set in type; a function whose source is a section rather than an equation often has none. The same
+list without equations, as plain Markdown, is `docs/equations.md`, written by `make docs-equations`.
 """
 
 CITATION = re.compile(rf"(?P<paper>{'|'.join(PAPERS)})\b[,\s]*(?P<place>.*)")
@@ -119,16 +131,67 @@ def entries(root: Path) -> Iterator[Entry]:
                 yield Entry(paper, place, name, relative.as_posix(), line, docstring)
 
 
-def page(root: Path = ROOT) -> str:
-    """The whole of docs/equations.md."""
+def by_paper(root: Path) -> Iterator[tuple[str, list[Entry]]]:
+    """The heading of each paper that is cited, and its citations in order."""
     found = sorted(entries(root), key=Entry.order)
-    lines = [HEAD]
     for paper, title in {**PAPERS, OTHER: ""}.items():
-        if rows := [entry.row() for entry in found if entry.paper == paper]:
-            lines += [f"## {paper}", "", *([f"{title}.", ""] if title else [])]
-            lines += ["| where | code | what |", "|---|---|---|", *rows, ""]
+        if own := [entry for entry in found if entry.paper == paper]:
+            yield f"## {paper}\n" + (f"\n{title}.\n" if title else ""), own
+
+
+def page(root: Path) -> str:
+    """The whole of docs/equations.md."""
+    lines = [HEAD]
+    for heading, own in by_paper(root):
+        rows = (entry.row() for entry in own)
+        lines += [heading, "| where | code | what |", "|---|---|---|", *rows, ""]
     return "\n".join(lines)
 
 
+def typeset_page(root: Path) -> str:
+    """The page of the site: each equation typeset, beside its function and its source."""
+    parts = [TYPESET_HEAD]
+    for heading, own in by_paper(root):
+        parts.append(heading)
+        for entry in own:
+            link = f"[`{entry.name}`](../{entry.file}){{ .line-{entry.line} }}"
+            says = html.escape(entry.says, quote=False)
+            parts.append(
+                f'<div class="equation" markdown>\n\n**{entry.place or "-"}** {link} {says}.\n\n'
+                + "".join(map(_typeset, _indented(entry.docstring)))
+                + "\n</div>\n"
+            )
+    return "\n".join(parts)
+
+
+def with_lines(page: str) -> str:
+    """The built page, each link to a source led to the line of its function.
+
+    >>> with_lines('<a class="line-7" href="source/x.py.html">')
+    '<a href="source/x.py.html#__codelineno-0-7">'
+    """
+    return re.sub(r'<a class="line-(\d+)" href="([^"]+)"', r'<a href="\2#__codelineno-0-\1"', page)
+
+
+def _indented(docstring: str) -> Iterator[str]:
+    """The blocks of a docstring that are set off, and hold an equation."""
+    for paragraph in docstring.split("\n\n"):
+        if paragraph.startswith("    ") and "=" in paragraph:
+            yield textwrap.dedent(paragraph)
+
+
+def _typeset(block: str) -> str:
+    """The equations of a block as MathML, which browsers show without a script."""
+    from latex2mathml.converter import convert
+
+    shown = []
+    for each in equations(block):
+        try:
+            shown.append(convert(to_latex(each), display="block"))
+        except NotationError:
+            shown.append(f"<pre><code>{html.escape(each)}</code></pre>")
+    return "<div class='math'>" + "".join(shown) + "</div>\n"
+
+
 if __name__ == "__main__":
-    (ROOT / "docs" / "equations.md").write_text(page(), encoding="utf-8")
+    (ROOT / "docs" / "equations.md").write_text(page(ROOT), encoding="utf-8")

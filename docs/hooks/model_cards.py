@@ -8,7 +8,7 @@ import textwrap
 from pathlib import Path
 
 import yaml
-from card_tables import table
+from card_tables import rendered
 
 import training.controllers  # noqa: F401 enters the learned controllers
 from baselines.controller import LayeredController
@@ -72,48 +72,13 @@ def body(name: str) -> str:
     """The text of a card."""
     known: Card = load_policy(name).card
     (layer, own), *_ = known.layers.items()
-    runs = controllers(name)
     lines = textwrap.wrap(
         known.command, 80, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
     )
-    told = "```sh\n" + " \\\n".join(lines) + "\n```"
-    interval = "{0.mean:.0f} ({0.low:.0f} to {0.high:.0f})"
-    held = [[f"`{where}`", interval.format(each)] for where, each in known.score.items()]
-    kept = [[f"`{s.controller}`", f"`{s.scenario}`", _mean(s)] for s in scores(name)]
-    facts = [
-        ["replaces", f"the {layer} of a hand-written controller"],
-        ["observes", f"{SEEN[layer]}: {len(own.observes)} numbers"],
-        ["gives", ", ".join(f"`{each.name}` [{each.unit}]" for each in own.gives)],
-        ["network", f"`{own.network}`" + "".join(f", {k} {v}" for k, v in own.sizes.items())],
-        ["trained by", f"`{known.algorithm}`, seed {known.seed}, beside `{known.controller}`"],
-        ["trained in", ", ".join(f"`{each}`" for each in known.scenarios)],
-        ["versions", ", ".join(f"{k} {v}" for k, v in known.versions.items())],
-        ["SHA-256", f"`{known.sha256}`"],
-    ]
-    return "\n".join((
-        f"# {name}\n",
-        f"A policy that takes the place of one layer, the {layer}, of robots that forage. The"
-        f" controller{'s' if len(runs) > 1 else ''} {', '.join(f'`{each}`' for each in runs)}"
-        f" run{'' if len(runs) > 1 else 's'} it.\n",
-        table(("", ""), facts) + "\n",
-        "## Run it\n",
-        f"```sh\nswarm-forage evaluate es1 ssgikf {' '.join(runs)}\n```\n",
-        "## Scores\n",
-        "Round trips, nest to prey to nest, of the swarm; means and 95 % bootstrap intervals.\n",
-        table(("controller", "scenario", "round trips"), kept) + "\n",
-        "On the held-back seeds of its training, by which it was chosen:\n",
-        table(("scenario", "round trips"), held) + "\n",
-        "## Train it again\n",
-        f"{told}\n",
-        "## Limits\n",
-        "It was trained and tested in simulation alone. What becomes of it with other robots,"
-        ' noise, areas and obstacles stands under "Policies in other worlds" of the documentation:'
-        " in some of these worlds it falls below the hand-written controller.\n",
-    ))  # fmt: skip
-
-
-def _mean(score: Score) -> str:
-    return f"{score.mean:.0f} ({score.low:.0f} to {score.high:.0f}), {score.episodes} episodes"
+    terms = {"layer": layer, "own": own, "seen": SEEN[layer], "command": " \\\n".join(lines)}
+    terms |= {"runs": controllers(name), "scores": scores(name)}
+    interval = "{0.mean:.0f} ({0.low:.0f} to {0.high:.0f})".format
+    return rendered("policy", name=name, card=known, interval=interval, **terms)
 
 
 if __name__ == "__main__":

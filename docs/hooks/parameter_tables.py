@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 from functools import cache
 
+import card_tables
 import griffe
 from source_pages import ROOT
 
@@ -73,12 +74,12 @@ def keywords(text: str, parameters: griffe.Parameters) -> str:
 
 
 def table(rows: list[Row]) -> str:
-    """A table in Markdown; columns in which nothing stands are left out."""
-    full = [(*row[:3], _unit(row[3]), UNIT.sub("", row[3], count=1)) for row in rows]
-    shown = [k for k in range(len(HEADS)) if any(row[k] for row in full)]
-    lines = [HEADS, ("---",) * len(HEADS), *full]
-    cells = ([line[k].replace("|", r"\|") for k in shown] for line in lines)
-    return "\n".join(f"| {' | '.join(line)} |" for line in cells) + "\n"
+    """A table in Markdown, in which units have a column."""
+    full = []
+    for *row, text in rows:
+        meaning = " ".join(text.split())
+        full.append((*row, _unit(meaning), UNIT.sub("", meaning, count=1)))
+    return card_tables.table(HEADS, full) + "\n"
 
 
 def fields_of(cls: griffe.Object | griffe.Alias) -> Iterator[Row]:
@@ -109,7 +110,7 @@ def _is_field(member: griffe.Object | griffe.Alias) -> bool:
 
 def _value(attribute: griffe.Object | griffe.Alias) -> tuple[str, str]:
     """The default of a field, and what its description or docstring says, with its unit."""
-    text = _joined(attribute.docstring.value) if attribute.docstring else ""
+    text = attribute.docstring.value if attribute.docstring else ""
     if attribute.value is None:
         return "", text
     value = str(attribute.value)
@@ -121,7 +122,7 @@ def _value(attribute: griffe.Object | griffe.Alias) -> tuple[str, str]:
         unit = f" [{ast.literal_eval(given['unit'])}]" if "unit" in given else ""
         return "", text if UNIT.search(text) else text + unit
     if "description" in given:
-        text = _joined(_text(given["description"], attribute.module))
+        text = _text(given["description"], attribute.module)
     if "default_factory" in given:
         return f"`{ast.unparse(given['default_factory'])}()`", text
     return (f"`{ast.unparse(call.args[0])}`" if call.args else ""), text
@@ -146,7 +147,7 @@ def _arguments(section: str, parameters: griffe.Parameters) -> Iterator[Row]:
             raise ValueError(f"Args: no argument {name!r} among {[p.name for p in parameters]}")
         default = None if "*" in each.name else parameters[name].default
         kind = _type(parameters[name].annotation)
-        yield f"`{each.name}`", kind, f"`{default}`" if default else "", _joined(each.description)
+        yield f"`{each.name}`", kind, f"`{default}`" if default else "", each.description
 
 
 def _further(parameters: griffe.Parameters) -> Iterator[Row]:
@@ -189,7 +190,3 @@ def _type(annotation: object) -> str:
 def _unit(meaning: str) -> str:
     found = UNIT.search(meaning)
     return found[1] if found else ""
-
-
-def _joined(text: str) -> str:
-    return re.sub(r"\s+", " ", text).strip()

@@ -8,6 +8,7 @@ from functools import cache
 
 import griffe
 import parameter_tables
+from card_tables import table
 from source_pages import ROOT
 
 ENTRIES = re.compile(r"(?:^::: \S+\n?)+", re.MULTILINE)
@@ -77,8 +78,8 @@ def keywords() -> str:
 
 
 def _table(chosen: list[str]) -> str:
-    rows = "".join(f"| [`{_short(name)}`]({name}.md) | {_summary(name)} |\n" for name in chosen)
-    return f"| name | what it is |\n|---|---|\n{rows}"
+    rows = [(f"[`{_short(name)}`]({name}.md)", _summary(name)) for name in chosen]
+    return table(("name", "what it is"), rows) + "\n"
 
 
 def _short(name: str) -> str:
@@ -89,8 +90,7 @@ def _summary(name: str) -> str:
     """The first paragraph of the docstring of a name, as one line."""
     docstring = _found(name).docstring
     assert docstring is not None, name
-    paragraph = docstring.value.partition("\n\n")[0]
-    return re.sub(r"\s+", " ", paragraph).replace("|", r"\|").removesuffix(":")
+    return " ".join(docstring.value.partition("\n\n")[0].split()).removesuffix(":")
 
 
 @cache

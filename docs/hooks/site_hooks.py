@@ -10,8 +10,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import cards
-import equation_page
 import glossary_links
+import make_equations
 import reference_pages
 import source_pages
 import tutorial_pages
@@ -50,7 +50,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     pages = {
         "contributing.md": ("CONTRIBUTING.md", _read("CONTRIBUTING.md")),
         "changelog.md": ("CHANGELOG.md", _read("CHANGELOG.md")),
-        "equations.md": ("docs/equations.md", equation_page.page(ROOT)),
+        "equations.md": ("docs/equations.md", make_equations.typeset_page(ROOT)),
         **{uri: (f"docs/{uri}", text) for uri, text in cards.pages().items()},
     }
     pages |= _tutorials(files, config) | _reference(files)
@@ -85,7 +85,7 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, **_: object) ->
         return typography.break_headings(html)
     html = typography.set_lines(html)
     if page.file.src_uri == "equations.md":
-        return equation_page.with_lines(html)
+        return make_equations.with_lines(html)
     decisions = Path(config.docs_dir) / "decisions"
     html = typography.link_decisions(html, decisions, page.file.dest_uri)
     if page.file.src_uri == GLOSSARY:

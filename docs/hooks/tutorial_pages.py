@@ -6,15 +6,17 @@ runs the named scripts, or those whose kept notebook is of other code (`make tut
 what they printed and drew in docs/tutorials. The site shows the kept notebooks and runs nothing.
 """
 
-import json
 import os
-import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+import jupytext
+import nbformat
+from nbformat.v4 import new_code_cell
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "examples" / "tutorials"
@@ -22,23 +24,8 @@ KEPT = ROOT / "docs" / "tutorials"
 RUN = "kept_run"
 """Where the metadata of a kept notebook say when it ran, and under which version."""
 
-CELL = re.compile(r"^# %%(?P<kind>.*)$", re.MULTILINE)
-PARAMETERS = "parameters"
-"""The tag of the cell whose values another run may replace, as papermill has it."""
-
-TEMPLATE = """{%- extends "markdown/index.md.j2" -%}
-{% block stream %}
-```{.text .output}
-{{ output.text | strip_ansi | trim("\\n") }}
-```
-{% endblock stream %}
-{% block data_text scoped %}
-```{.text .output}
-{{ output.data["text/plain"] | trim("\\n") }}
-```
-{% endblock data_text %}
-"""
-"""What cells printed stands in blocks of their own class."""
+TEMPLATE = Path(__file__).parent / "templates" / "tutorial.md.j2"
+"""Shows what cells printed in blocks of their own class."""
 
 WHEEL = f"swarm_forage-{version('swarm-forage')}-py3-none-any.whl"
 INSTALL = f"""# In Colab: upload {WHEEL}, which `make dist` makes, and run this cell first.
@@ -49,32 +36,17 @@ if find_spec("swarm_forage_env") is None:
 """The first cell of code of a notebook that is handed out."""
 
 
-def code_cells(script: str) -> list[str]:
-    r"""The code of a script, a cell each.
-
-    >>> code_cells("# %% [markdown]\n# # First\n\n# %%\nx = 1\n\n# %%\nprint(x)\n")
-    ['x = 1', 'print(x)']
-    """
-    _, *pieces = CELL.split(script)
-    pairs = zip(pieces[::2], pieces[1::2], strict=True)
-    return [body.strip("\n") for kind, body in pairs if "[markdown]" not in kind]
+def script(name: str) -> Any:
+    """The script of a tutorial as a notebook."""
+    notebook = jupytext.read(SCRIPTS / f"{name}.py", fmt="py:percent")
+    for k, cell in enumerate(notebook.cells):
+        cell.id = f"{name}-{k}"
+    return notebook
 
 
-def with_parameters(script: str, values: Mapping[str, object]) -> str:
-    r"""The script with other values after its cell of parameters.
-
-    >>> print(with_parameters('# %% tags=["parameters"]\nN = 9\n# %%\nprint(N)\n', {"N": 1}))
-    # %% tags=["parameters"]
-    N = 9
-    N = 1
-    # %%
-    print(N)
-    <BLANKLINE>
-    """
-    head, tag, rest = script.partition(f'tags=["{PARAMETERS}"]\n')
-    cell, mark, after = rest.partition("\n# %%")
-    assigned = "".join(f"\n{name} = {value!r}" for name, value in values.items())
-    return f"{head}{tag}{cell.rstrip()}{assigned}{mark}{after}"
+def code_cells(notebook: Any) -> list[Any]:
+    """The cells of code of a notebook."""
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
 
 
 def is_current(name: str) -> bool:
@@ -82,33 +54,26 @@ def is_current(name: str) -> bool:
     kept = KEPT / f"{name}.ipynb"
     if not kept.is_file():
         return False
-    cells = json.loads(kept.read_text(encoding="utf-8"))["cells"]
-    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
-    return code == code_cells((SCRIPTS / f"{name}.py").read_text(encoding="utf-8"))
+    both = nbformat.read(kept, as_version=4), script(name)
+    there, here = ([cell.source for cell in code_cells(each)] for each in both)
+    return there == here
 
 
 def keep(name: str) -> None:
     """Run a tutorial at its full budget and keep it with its outputs."""
-    import jupytext
-    import nbformat
     from nbclient import NotebookClient
 
-    notebook = jupytext.read(SCRIPTS / f"{name}.py", fmt="py:percent")
+    notebook = script(name)
     resources = {"metadata": {"path": str(ROOT)}}
     NotebookClient(
         notebook, timeout=None, record_timing=False, resources=resources, kernel_name="python3"
     ).execute()
-    for k, cell in enumerate(notebook.cells):
-        cell.id = f"{name}-{k}"
-        if cell.cell_type == "code":
-            cell.outputs = _merged(cell.outputs)
+    for cell in code_cells(notebook):
+        cell.outputs = _merged(cell.outputs)
     notebook.metadata = {
         "kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"},
         "language_info": {"name": "python", "file_extension": ".py"},
-        RUN: {
-            "date": f"{datetime.now(UTC):%Y-%m-%d}",
-            "version": version("swarm-forage"),
-        },
+        RUN: {"date": f"{datetime.now(UTC):%Y-%m-%d}", "version": version("swarm-forage")},
     }
     nbformat.write(notebook, KEPT / f"{name}.ipynb")
 
@@ -135,7 +100,7 @@ def page(name: str) -> tuple[str, dict[str, bytes]]:
     notebook.cells = rest
     pictures = f"{name}_pictures"
     resources = {"unique_key": "picture", "output_files_dir": pictures}
-    exporter = MarkdownExporter(raw_template=TEMPLATE)
+    exporter = MarkdownExporter(raw_template=TEMPLATE.read_text(encoding="utf-8"))
     body, made = exporter.from_notebook_node(notebook, resources)
     made_by = "outputs of version {version}, {date}".format(**notebook.metadata[RUN])
     head = (
@@ -148,9 +113,6 @@ def page(name: str) -> tuple[str, dict[str, bytes]]:
 
 def handed_out(name: str) -> str:
     """The notebook with its outputs, which installs the wheel where it is run."""
-    import nbformat
-    from nbformat.v4 import new_code_cell
-
     notebook = _read(name)
     notebook.cells.insert(1, new_code_cell(INSTALL, id=f"{name}-install"))
     return str(nbformat.writes(notebook))
@@ -158,19 +120,12 @@ def handed_out(name: str) -> str:
 
 def _read(name: str) -> Any:
     """The script as a notebook, with the outputs that are kept of its code."""
-    import jupytext
-    import nbformat
-
     if not is_current(name):
         raise SystemExit(f"tutorial {name}: what is kept of it is of other code: make tutorials")
-    kept = nbformat.read(KEPT / f"{name}.ipynb", as_version=4)
-    notebook = jupytext.read(SCRIPTS / f"{name}.py", fmt="py:percent")
+    kept, notebook = nbformat.read(KEPT / f"{name}.ipynb", as_version=4), script(name)
     notebook.metadata = kept.metadata
-    outputs = iter([cell.outputs for cell in kept.cells if cell.cell_type == "code"])
-    for k, cell in enumerate(notebook.cells):
-        cell.id = f"{name}-{k}"
-        if cell.cell_type == "code":
-            cell.outputs = next(outputs)
+    for cell, own in zip(code_cells(notebook), code_cells(kept), strict=True):
+        cell.outputs = own.outputs
     return notebook
 
 

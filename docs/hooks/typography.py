@@ -2,13 +2,15 @@
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 TAG = re.compile(r"(<[^>]+>)")
 NAME = re.compile(r"</?([a-zA-Z][\w-]*)")
 UNTOUCHED = {"pre", "script", "style", "svg", "math", "button", "label"}
 """In these elements nothing is changed."""
+
+HEADS = "h1", "h2", "h3", "h4"
 
 SPACE = "\N{NO-BREAK SPACE}"
 NUMBER = r"-?\d[\d.,]*(?:e[-+]?\d+)?"
@@ -76,24 +78,23 @@ def link_decisions(page: str, folder: Path, uri: str) -> str:
         target = os.path.relpath(f"decisions/{pages[match[1]]}.html", here or ".")
         return f'<a href="{target}">{match[0]}</a>'
 
-    plain = {"a", "code", "h1", "h2", "h3", "h4"}
-
-    def with_links(text: str, path: list[str]) -> str:
-        return text if plain & set(path) else DECISION.sub(link, text)
-
-    return changed(page, with_links)
+    return changed(page, lambda text, _: DECISION.sub(link, text), {"a", "code", *HEADS})
 
 
-def changed(page: str, change: Callable[[str, list[str]], str]) -> str:
-    """A page with its text changed, outside of what is untouched; given are the elements around."""
+def changed(
+    page: str, change: Callable[[str, list[str]], str], besides: Collection[str] = ()
+) -> str:
+    """A page with its text changed, but in `UNTOUCHED` elements and some `besides`.
+
+    A change is given a text and the elements around it.
+    """
     path: list[str] = []
-    pieces = []
-    for piece in TAG.split(page):
+    pieces = TAG.split(page)
+    for k, piece in enumerate(pieces):
         if piece.startswith("<"):
             _enter_or_leave(piece, path)
-            pieces.append(piece)
-        else:
-            pieces.append(piece if UNTOUCHED & set(path) else change(piece, path))
+        elif not UNTOUCHED.union(besides).intersection(path):
+            pieces[k] = change(piece, path)
     return "".join(pieces)
 
 

@@ -43,6 +43,6 @@ def test_a_choice_is_told_as_one_number_for_each():
 
 
 def test_the_replay_of_a_square_world_has_a_taller_frame():
-    assert 'class="replay tall"' in cards._picture("mg1-hexagon")
-    assert 'class="replay tall"' in cards._picture("waypoints-05")
-    assert 'class="replay"' in cards._picture("es1")
+    assert 'class="replay tall"' in cards._scenario_card("mg1-hexagon")
+    assert 'class="replay tall"' in cards._scenario_card("waypoints-05")
+    assert 'class="replay"' in cards._scenario_card("es1")

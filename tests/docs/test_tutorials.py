@@ -63,6 +63,14 @@ SMALL = {
 """Values of each tutorial's cell of parameters under which its test takes seconds."""
 
 
+def with_parameters(script, values):
+    """The script with other values after its cell of parameters, as papermill has it."""
+    head, tag, rest = script.partition('tags=["parameters"]\n')
+    cell, mark, after = rest.partition("\n# %%")
+    assigned = "".join(f"\n{name} = {value!r}" for name, value in values.items())
+    return f"{head}{tag}{cell.rstrip()}{assigned}{mark}{after}"
+
+
 def in_navigation():
     """The tutorials that the site shows, read from its hooks, which need mkdocs to be imported."""
     tree = ast.parse((ROOT / "docs" / "hooks" / "site_hooks.py").read_text(encoding="utf-8"))
@@ -84,7 +92,7 @@ def test_a_tutorial_runs(name, tmp_path):
         pytest.importorskip(package)
     script = (FOLDER / f"{name}.py").read_text(encoding="utf-8")
     file = tmp_path / f"{name}.py"
-    file.write_text(tutorial_pages.with_parameters(script, SMALL[name]), encoding="utf-8")
+    file.write_text(with_parameters(script, SMALL[name]), encoding="utf-8")
     run_python("-W", "error", file, cwd=tmp_path, SWARM_CHECK_SHAPES="", MPLBACKEND="agg")
 
 

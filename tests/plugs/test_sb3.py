@@ -24,14 +24,3 @@ def test_the_example_trains_and_its_model_is_a_controller(example, one_thread, t
     file = tmp_path / "run" / "model.zip"
     assert file.is_file()
     assert f"swarm-forage evaluate es1 ssgikf sb3:{file}" in told
-
-
-def test_the_example_of_the_weighting_trains_from_exchange_to_exchange(
-    example, one_thread, tmp_path, capsys
-):
-    found = example("sb3_weighting").main(
-        ["--steps=256", "--episodes=2", f"--out={tmp_path / 'run'}"]
-    )
-    assert set(found) == {"ssgikf, hand-written", "one half", "the trained policy"}
-    assert min(found.values()) > 80.0
-    assert "p against ssgikf" in capsys.readouterr().out

@@ -90,17 +90,6 @@ def test_torchrl_compares_a_policy_with_random_actions(example, terms):
     assert mappo.round_trips(policy, **terms) == mappo.round_trips(None, **terms) == 0.0
 
 
-def test_speed_is_compared(example, capsys, monkeypatch):
-    mappo = example("torchrl_mappo")
-    speed = example("torchrl_speed")
-    monkeypatch.setattr(speed, "BLOCKS", (2,))
-    monkeypatch.setitem(mappo.SCENARIOS, "es1", {"scenario": "es1", "max_cycles": 128})
-    speed.main(["--steps", "4", "--repeats", "1", "--iterations", "1"])
-    said = capsys.readouterr().out
-    assert "PettingZooWrapper" in said
-    assert "the learner's" in said
-
-
 @pytest.mark.parametrize("is_continuous", [True, False])
 def test_every_file_is_a_task_whose_worlds_are_as_their_specs_say(is_continuous):
     from benchmarl.environments import task_config_registry

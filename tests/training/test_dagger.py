@@ -14,7 +14,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
 from training.candidate_rollouts import CandidateWeighting
-from training.dagger import HIDDEN, DAggerTraining, train
+from training.dagger import HIDDEN, DAggerTraining, WeightingActor, train
 from training.exchanges import (
     UNKNOWN_ERROR,
     Exchanges,
@@ -31,7 +31,6 @@ from training.learned_weighting import (
     flatten,
 )
 from training.policy_file import load_policy, observation_layout
-from training.weighting_actor import WeightingActor
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])

@@ -6,8 +6,7 @@ import torch
 
 from baselines.oracles.oracle import errors
 from swarm_forage_env.envs.array_env import ArrayEnv
-from training.error_rewards import REWARD_UNIT, ErrorRewardVecEnv, error_reduction
-from training.exchanges import MAX_SQUARED_ERROR
+from training.exchanges import MAX_SQUARED_ERROR, REWARD_UNIT, ErrorRewardVecEnv, error_reduction
 
 TERMS = {"learn": "weighting", "step_on": "exchange", "physics": "kinematic"}
 

@@ -70,7 +70,6 @@ def test_stable_baselines3_learns_rollout_by_rollout_and_is_watched(monkeypatch,
     assert learned == [(1, False)] * 3
     assert evaluated == [(steps, ("acting", "a policy")) for steps in (100, 300)]
     assert threads == [1]
-    assert sb3_trainer.is_discrete(algorithm) is False
 
 
 def test_a_policy_acts_for_every_robot_of_every_world_with_the_states_that_it_gave():
@@ -104,14 +103,7 @@ def test_a_policy_is_told_where_an_episode_starts(rung):
     assert told == [[True, True], [False, False]]
 
 
-@pytest.mark.parametrize(
-    ("discrete", "keywords", "given"),
-    [(False, {}, {}), (True, {}, {"discrete": True}),
-     (True, {"discrete": (3, 5)}, {"discrete": (3, 5)})],
-)  # fmt: skip
-def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(
-    monkeypatch, rung, discrete, keywords, given
-):
+def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(monkeypatch, rung):
     played = []
 
     def train(rung, algorithm, seed, watch):
@@ -119,7 +111,7 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(
         watch.curve += [{"wall_s": 3.0}, {"wall_s": 5.0}, {"wall_s": 9.0}]
         played.append((watch.keywords, watch.robot_steps, watch.episodes))
 
-    trainer = SimpleNamespace(is_discrete=lambda algorithm: discrete, train=train)
+    trainer = SimpleNamespace(train=train)
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: trainer)
 
     def play(*given, by_chance=False):
@@ -127,10 +119,9 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(
         return [len(given[2]) - 0.5 * by_chance]
 
     monkeypatch.setattr(benchmark, "play", play)
-    own = replace(rung, keywords={**TINY, **keywords})
-    job = Job(own, read_algorithms()["sb3_ppo"], 4, 600)
+    job = Job(rung, read_algorithms()["sb3_ppo"], 4, 600)
     found = benchmark.make(job)
-    told = {name: value for name, value in TINY.items() if name != "physics"} | given
+    told = {name: value for name, value in TINY.items() if name != "physics"}
     tested = [(told, ("best", 4), [1000, 1001], by_chance) for by_chance in (False, True)]
     assert played == [(told, 600, 1), *tested]
     assert (found.train_s, found.seed, found.robot_steps) == (9.0, 4, 600)

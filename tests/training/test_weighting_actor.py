@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.scenarios import find_scenario
 from tests.outside import exchanges
+from training.dagger import WeightingActor
 from training.learned_weighting import EXCHANGE_NETWORK, flatten
 from training.policy_file import observation_layout
-from training.weighting_actor import WeightingActor
 
 
 def test_a_network_begins_near_zero_and_its_hidden_units_orthogonal():

@@ -5,7 +5,7 @@ import time
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Protocol, cast
+from types import ModuleType
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
@@ -13,7 +13,7 @@ from baselines.papers.reproduction import format_duration
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from training.ladder.play import Watch, play, seeds_of_tests
-from training.ladder.rungs import Algorithm, Keywords, Rung
+from training.ladder.rungs import Algorithm, Rung
 from training.ladder.runs import Job, Run, find, keep, versions
 
 TRAINERS = {
@@ -26,19 +26,13 @@ TRAINERS = {
 """The module that trains by each library: imported where it is used."""
 
 
-class Trainer(Protocol):
-    """A module that trains."""
+def trainer_of(algorithm: Algorithm) -> ModuleType:
+    """What trains it; ModuleNotFoundError, by whose name the command tells what to install.
 
-    def is_discrete(self, algorithm: Algorithm) -> bool:
-        """The algorithm needs actions that are choices."""
-
-    def train(self, rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
-        """Train from scratch; the watch evaluates the policy meanwhile."""
-
-
-def trainer_of(algorithm: Algorithm) -> Trainer:
-    """What trains it; ModuleNotFoundError, by whose name the command tells what to install."""
-    return cast(Trainer, importlib.import_module(TRAINERS[algorithm.trainer]))
+    Its `train(rung, algorithm, seed, watch)` trains from scratch; the watch evaluates the policy
+    meanwhile, under keywords that the trainer may change.
+    """
+    return importlib.import_module(TRAINERS[algorithm.trainer])
 
 
 def installed(algorithms: Sequence[Algorithm]) -> list[Algorithm]:
@@ -103,12 +97,8 @@ def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend, kept: Sequence[Ru
 
 def make(job: Job) -> Run:
     """Train, and score the best policy in the test episodes."""
-    trainer = trainer_of(job.algorithm)
-    keywords: Keywords = job.rung.test_keywords
-    if trainer.is_discrete(job.algorithm):
-        keywords = {**keywords, "discrete": keywords.get("discrete") or True}
-    watch = Watch(keywords, job.robot_steps, job.rung.card.curve_episodes)
-    trainer.train(job.rung, job.algorithm, job.seed, watch)
+    watch = Watch(job.rung.test_keywords, job.robot_steps, job.rung.card.curve_episodes)
+    trainer_of(job.algorithm).train(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
     seeds = seeds_of_tests(job.rung.card.episodes)
     return Run(

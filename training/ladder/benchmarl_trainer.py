@@ -24,11 +24,6 @@ SILENT = {"evaluation": False, "render": False, "create_json": False, "loggers":
 """Settings of an experiment that another one watches over."""
 
 
-def is_discrete(algorithm: Algorithm) -> bool:
-    """It chooses among a few actions, as it knows no others."""
-    return not algorithm_config_registry[algorithm.algorithm].supports_continuous_actions()
-
-
 class _Trained(Exception):  # noqa: N818 no error
     """The robot-steps of a training are used up."""
 
@@ -36,6 +31,8 @@ class _Trained(Exception):  # noqa: N818 no error
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.set_num_threads(1)
+    if not algorithm_config_registry[algorithm.algorithm].supports_continuous_actions():
+        watch.keywords = {**watch.keywords, "discrete": watch.keywords.get("discrete") or True}
     task = SwarmForageClass(rung.name, {**rung.keywords, **algorithm.keywords})
     with tempfile.TemporaryDirectory() as folder, open(os.devnull, "w") as nowhere:
         experiment = _experiment(task, algorithm, seed, folder, watch)

@@ -27,11 +27,6 @@ except ModuleNotFoundError as error:
 MINIBATCHES = 32  # of a rollout
 
 
-def is_discrete(algorithm: Algorithm) -> bool:
-    """It takes numbers."""
-    return False
-
-
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.manual_seed(seed)

@@ -23,11 +23,6 @@ from training.transition_recording import DatasetOptions, Recording, Transitions
 from training.transitions import read
 
 
-def is_discrete(algorithm: Algorithm) -> bool:
-    """It takes numbers."""
-    return False
-
-
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Record transitions, and learn until as many were read as the watch says."""
     torch.manual_seed(seed)

@@ -18,11 +18,6 @@ from training.tensor_vec_env import TensorVecEnv
 PRESET = PRESETS["everything"]
 
 
-def is_discrete(algorithm: Algorithm) -> bool:
-    """It takes numbers."""
-    return False
-
-
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.manual_seed(seed)

@@ -12,26 +12,19 @@ from training.ladder.play import Act, Watch
 from training.ladder.rungs import Algorithm, Rung
 from training.vec_env import SwarmVecEnv
 
-MODELS = {
-    "": PPO,
-    "recurrent_ppo": RecurrentPPO,
-    "sac": SAC,
-    "dqn": DQN,
-}  # the algorithms, by their names
+MODELS = {"": PPO, "recurrent_ppo": RecurrentPPO, "sac": SAC, "dqn": DQN}
+"""The algorithms, by their names."""
+
 STRIDE = 1000  # steps of all environments between two looks at how far an off-policy training is
-
-
-def is_discrete(algorithm: Algorithm) -> bool:
-    """DQN takes choices, the others numbers."""
-    return algorithm.algorithm == "dqn"
 
 
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.set_num_threads(1)
     keywords = {**rung.keywords, **algorithm.keywords}
-    if is_discrete(algorithm):
+    if algorithm.algorithm == "dqn":  # takes choices, the others numbers
         keywords["discrete"] = keywords.get("discrete") or True
+        watch.keywords = {**watch.keywords, "discrete": keywords["discrete"]}
     env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **keywords)
     policy = "MlpLstmPolicy" if algorithm.algorithm == "recurrent_ppo" else "MlpPolicy"
     model = MODELS[algorithm.algorithm](
