@@ -25,7 +25,6 @@ from training.exchanges import (
 )
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
-    REMEMBERED,
     REPUTATION_NETWORK,
     LearnedReputation,
     flatten,
@@ -157,19 +156,6 @@ LIARS = {"faults.liar.share": 0.3, "faults.liar.shift": 0.4}
 AS_TEXT = {name: str(value) for name, value in {**BUSY, **LIARS}.items()}
 
 
-def test_among_liars_unknown_areas_are_recorded_too_and_what_is_remembered():
-    scenario, controller = find_scenario("es1", {**BUSY, **LIARS}), find_controller(AMONG_LIARS)
-    numbers = np.zeros(1 + 15 + 1, np.float32)
-    found = record_exchanges(scenario, controller, numbers, SEEDS, "kinematic")
-    assert found.observed.shape == (len(found), len(LAYOUT) + len(REMEMBERED))
-    remembered = dict(zip(REMEMBERED, found.observed[:, -len(REMEMBERED) :].T, strict=True))
-    np.testing.assert_array_equal(remembered["own_known"], found.known)
-    assert 0 < found.known.sum() < len(found)
-    assert all(column.any() for column in remembered.values())
-    observed = LAYOUT.records(found.observed[:, : len(LAYOUT)])["exchange"]
-    assert observed.heard_known[np.arange(len(found)), found.area.argmax(axis=1)].all()
-
-
 def test_the_network_trained_among_liars_is_the_one_that_runs(imitating, monkeypatch):
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(budget=1, controller=AMONG_LIARS, settings=AS_TEXT)
@@ -202,15 +188,6 @@ def test_a_training_stopped_anywhere_and_started_again_ends_the_same(
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(every=2)
     broken_anywhere(train, mine, (DAggerTraining, "_save"), range(1, 5))
-
-
-def test_a_fit_has_one_thread_whatever_the_workers(imitating, monkeypatch):
-    asked = []
-    monkeypatch.setattr(torch, "set_num_threads", asked.append)
-    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 0)
-    learning = DAggerTraining(imitating(workers=2))
-    assert learning._fit({}) == {}
-    assert asked == [1]
 
 
 class Slope:

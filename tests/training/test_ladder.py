@@ -12,7 +12,14 @@ from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training import transitions
-from training.ladder import benchmark, cleanrl_trainer, figures, offline_trainer, own_trainer
+from training.ladder import (
+    benchmark,
+    cleanrl_trainer,
+    figures,
+    offline_trainer,
+    own_trainer,
+    sb3_trainer,
+)
 from training.ladder.cards import score_references
 from training.ladder.play import POINTS, Watch, play, random_actions
 from training.ladder.rungs import (
@@ -306,11 +313,21 @@ def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):
     assert len(set(scores)) > 1
 
 
-def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, tmp_path):
+def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, monkeypatch):
+    made = []
+
+    class Noted(sb3_trainer.PPO):
+        def __init__(self, policy, env, gamma, seed, **settings):
+            made.append((env.env.n_worlds, env.np_random[0].bit_generator.state, gamma, seed))
+            super().__init__(policy, env, gamma=gamma, seed=seed, **settings)
+
+    monkeypatch.setitem(sb3_trainer.MODELS, "", Noted)
     algorithm = read_algorithms()["sb3_ppo"]
     settings = {"n_steps": 8, "batch_size": 80}
     small = algorithm.model_copy(update={"worlds": 2, "settings": settings})
-    run = benchmark.make(Job(weighting, small, 0, 16_000))
+    run = benchmark.make(Job(weighting, small, 5, 16_000))
+    of_seed = np.random.default_rng(5).bit_generator.state
+    assert made == [(2, of_seed, weighting.keywords["discount"], 5)]
     steps = [point["robot_steps"] for point in run.curve]
     assert steps == sorted(steps)
     assert all(each % 10 == 0 for each in steps)

@@ -211,12 +211,6 @@ def test_numbers_of_commands_have_bounds(call_idly, words, status):
     assert ("Usage" in result.output) == (status == 2)
 
 
-def test_without_a_command_all_of_them_are_listed(call_idly):
-    shown = call_idly().output
-    assert "Missing command" not in shown
-    assert all(name in shown for name in ("list", "cards", "ladder", "The ladder: tasks of rising"))
-
-
 def test_a_rung_without_scores_is_told_of_before_anything_trains(call_idly, monkeypatch):
     name, known = next(iter(read_rungs().items()))
     bare = replace(known, card=known.card.model_copy(update={"scores": {}}))
@@ -227,8 +221,3 @@ def test_a_rung_without_scores_is_told_of_before_anything_trains(call_idly, monk
     assert made == []
     assert call_idly("ladder", "--seeds=0").exit_code == 0
     assert len(made) == 1
-
-
-def test_the_list_in_json_is_one_that_people_can_read(call_idly):
-    text = call_idly("list", "--format=json").output
-    assert text == json.dumps(json.loads(text), indent=1) + "\n"

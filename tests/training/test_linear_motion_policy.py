@@ -65,6 +65,8 @@ def test_the_nearest_sender_is_heard_whatever_the_order(order):
     x = felt(message_features, heard, 4.0)
     expected = (0.15 / 0.2, 0.0, 0.75)
     assert (x["robot_left"], x["robot_ahead"], x["robots"]) == pytest.approx(expected, abs=1e-6)
+    heard.n = 0
+    assert not any(felt(message_features, heard, 4.0).values())
 
 
 def test_zeros_are_subsumption_to_the_last_bit():
@@ -187,18 +189,6 @@ def test_each_of_eight_sensors_is_felt_on_its_side_and_not_behind():
         proximity_features(proximity, x)
         felt = [math.sin(angle), math.cos(angle), -math.sin(angle)]
         assert x[5:8] == pytest.approx([1.0 + 0.5 * max(each, 0.0) for each in felt], abs=1e-6)
-
-
-def test_nobody_is_heard_in_silence_and_of_two_as_near_the_first():
-    x = np.zeros(N)
-    heard = one(Heard, sizes={"slots": 4})
-    heard.range_bearing[:2] = (0.05, 0.3, 0.0), (0.05, 0.9, 0.0)
-    message_features(heard, 4.0, x)
-    assert not x.any()
-    heard.n = 2
-    message_features(heard, 4.0, x)
-    felt = 0.75 * math.sin(0.3), 0.75 * math.cos(0.3), 0.5, 0.0
-    assert x[8:] == pytest.approx(felt, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -55,20 +55,6 @@ def test_a_layer_is_trained_as_the_help_promises(made, layer, algorithm, numbers
     assert (backend.workers, backend.threads) == (2, 1)
 
 
-def test_every_option_is_taken_over(made):
-    experiment, backend = made(
-        "motion", "es1", "es2", "--algorithm=cma", "--seed=3", "--out=x", "--workers=4",
-        "--budget=7", "--every=3", "--worlds=5", "--held-back=6", "--population=9",
-        "--controller=dsgiff", "--set=tick=0.2", "--physics=kinematic",
-    )  # fmt: skip
-    assert experiment == Experiment(
-        layer="motion", scenarios=("es1", "es2"), algorithm="cma", out=Path("x"), seed=3, budget=7,
-        every=3, worlds=5, held_back=6, population=9, settings={"tick": "0.2"},
-        controller="dsgiff", physics="kinematic", workers=4, device="cpu",
-    )  # fmt: skip
-    assert backend.workers == 4
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [
