@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -121,10 +120,16 @@ def test_a_fit_finds_out_who_is_right(imitating):
     assert shares["es1"] > 0.95
 
 
-def test_training_ends_with_the_best_policy_as_a_controller(imitating):
+def test_training_ends_with_the_best_policy_as_a_controller(imitating, monkeypatch):
     mine = imitating(controller="dsgiff-frequent")
-    said = []
+    said, rates, adam = [], [], torch.optim.Adam
+    monkeypatch.setattr(
+        torch.optim, "Adam", lambda numbers, lr: rates.append(lr) or adam(numbers, lr)
+    )
+    torch.set_num_threads(2)
     policy = train(mine, said.append)
+    assert torch.get_num_threads() == 1, "so that sums are the same whatever the workers"
+    assert rates == [dagger.LEARNING_RATE, dagger.LEARNING_RATE / 2], "of two rounds"
     assert any("gain per exchange as a share of the oracle's: es1 " in line for line in said)
     curve = policy.card.curve
     assert [point.step for point in curve] == [0, 1, 2]
@@ -188,30 +193,3 @@ def test_a_training_stopped_anywhere_and_started_again_ends_the_same(
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(every=2)
     broken_anywhere(train, mine, (DAggerTraining, "_save"), range(1, 5))
-
-
-class Slope:
-    """Exchanges whose error is the weight itself."""
-
-    def gain(self, name):
-        return 1.0
-
-    def draw(self, draws):
-        return self
-
-    def error(self, actor):
-        return actor.weight.sum()
-
-    def share(self, actor, gain):
-        return gain
-
-
-@pytest.mark.parametrize(("done", "moved"), [(0, 5.0), (5, 2.5), (9, 0.5)])
-def test_the_rate_of_a_fit_falls_to_zero_with_the_rounds(done, moved):
-    training = DAggerTraining.__new__(DAggerTraining)
-    training._experiment, training._rounds = SimpleNamespace(seed=3, budget=10), done
-    training._actor = torch.nn.Linear(1, 1, bias=False)
-    torch.nn.init.constant_(training._actor.weight, 7.0)
-    training._fit({"a": Slope()})
-    # Adam moves by its rate at each of 500 steps of a constant slope: 500 x 0.01 of what is left.
-    assert training._actor.weight.item() == pytest.approx(7.0 - moved, rel=1e-3)

@@ -15,7 +15,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from training.exported_policies import TorchScriptPolicy
+from training.exported_policies import OnnxPolicy, TorchScriptPolicy
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
 
@@ -60,6 +60,8 @@ def test_a_network_in_onnx_is_a_controller(discrete, file):
     env = parallel_env("es1", **SMALL, **keywords)
     path, weights = file(len(env.observation_layout), 5 if discrete else 2)
     save_policy_card(path, "es1", **SMALL, **keywords)
+    options = OnnxPolicy(file=str(path))._session().get_session_options()
+    assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
 
     def predict(observed):
         given = observed @ weights

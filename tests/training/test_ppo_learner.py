@@ -14,7 +14,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.spaces import Feature
 from training import ppo_learner, tensor_vec_env
-from training.actor_critic import RecurrentActorCritic
+from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.vec_env import SwarmVecEnv
@@ -201,6 +201,17 @@ def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began(
 def test_what_cannot_be_learned_is_refused(make, terms, changes, told):
     with pytest.raises(ConfigError, match=told):
         make(terms, **changes).learn(1, seed=0)
+
+
+def test_an_update_waits_for_no_number():
+    """Tensors without memory: whoever asks for a number is refused, as in a graph of CUDA."""
+    learner = learner_of(policy=ActorCritic(6, 2))
+    learner.policy = learner.policy.to("meta")
+    step = SimpleNamespace(zero_grad=lambda: None, step=lambda: None)
+    learner._optimizer = step  # that of a GPU asks for none, by `capturable`
+    of = torch.device("meta")
+    batch = (torch.zeros(shape, device=of) for shape in ((9, 6), (9, 2), 9, 9, 9))
+    assert all(each.is_meta for each in learner._learn_from(*batch))
 
 
 def test_blocks_of_several_scenarios_are_joined_and_their_time_is_counted(monkeypatch):
