@@ -43,27 +43,6 @@ def test_a_video_has_the_frames_of_its_time(command, tmp_path, name, fps, second
     assert [file.name for file in tmp_path.iterdir()] == [name]
 
 
-@pytest.mark.parametrize("limit", [0, 100, 4096, 20_000])
-@pytest.mark.parametrize(
-    "option", ["--video=a.mp4", "--video=a.gif", "--frame=a.png", "--html=a.html"]
-)
-def test_on_a_full_disk_no_half_file_is_told_as_written(
-    command, tmp_path, full_disk, option, limit
-):
-    file = tmp_path / option.partition("=")[2]
-    file.write_bytes(b"older")
-    with full_disk(limit):
-        status, out, err = command(
-            "watch", "es1", "nc", *SHORT, "--seconds", 8, "--speed", 4, option
-        )
-    assert (status, out) in {(1, ""), (2, "")}
-    assert f"{file.name}: cannot be written" in err
-    assert "wrote" not in err
-    assert err.count("\n") == 1
-    assert file.read_bytes() == b"older"
-    assert list(tmp_path.iterdir()) == [file]
-
-
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
