@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
 from baselines.motion.boids import BoidsParameters
@@ -15,12 +13,9 @@ from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.records import Readings, Situation
 
 SCENARIO = find_scenario("waypoints-05")
-GAINS = ("goal", "static", "adaptive")
 RULES = ("alignment", "separation", "centre", "home", "goal")
 VECTORS = (*RULES, "velocity")
 STIMULI = ("density", "covariance_norm", "dead_reckoning_offset")
-
-every_rule = pytest.mark.parametrize("gains", GAINS)
 
 
 def situation(rows=1, **changed):
@@ -52,33 +47,30 @@ def pull(seen, **parameters):
     return found
 
 
-def stimuli_of(s, row=0):
-    """Density, covariance norm, offset, and the distances to goal and home, as shares."""
-    distances = [np.linalg.norm(way[row]) / SCENARIO.task.side for way in (s.goal, s.home)]
-    return [*(s[name][row] for name in STIMULI), *distances]
-
-
 def unit(v):
     size = np.linalg.norm(v)
     return v / size if size > 0.0 else np.zeros(2)
 
 
-def total(s, gains, row=0):
+def total(s, gains):
     """The weighted sum of all forces on one robot."""
-    gains = list(gains)
-    if s.has_arrived[row]:
-        gains[-1] = 0.0
     forces = np.zeros(2)
     for gain, name in zip(gains, RULES, strict=True):
-        way = s[name][row].astype(float)
-        if way.any():
-            forces += gain * unit(0.5 * unit(way) - s.velocity[row])
+        way = s[name][0].astype(float)
+        if way.any() and not (name == "goal" and s.has_arrived[0]):
+            forces += gain * unit(0.5 * unit(way) - s.velocity[0])
     return forces
 
 
-def adapted(rho, s, e, d_g, d_h):
+def adapted(s):
+    """The gains of a situation; the distances to goal and home are shares of the side."""
+    distances = [np.linalg.norm(way[0]) / SCENARIO.task.side for way in (s.goal, s.home)]
+    return gains_of(*(s[name][0] for name in STIMULI), *distances)
+
+
+def gains_of(*stimuli):
     gains = np.full(5, 9.0)
-    adaptive_gains(rho, s, e, d_g, d_h, gains)
+    adaptive_gains(*stimuli, gains)
     return gains
 
 
@@ -92,7 +84,7 @@ def adapted(rho, s, e, d_g, d_h):
     ],
 )
 def test_adaptive_gains_are_those_of_the_paper_and_are_not_clamped(stimuli, gains):
-    assert_allclose(adapted(*stimuli), gains, atol=1e-12)
+    assert_allclose(gains_of(*stimuli), gains, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -103,27 +95,13 @@ def test_gains_that_make_no_sense_are_refused(wrong):
         BoidsParameters(**wrong)
 
 
+STATIC = {"alignment": 0.3, "separation": 0.5, "cohesion": 0.7, "homing": 1.1, "seeking": 1.3}
+
+
+@pytest.mark.parametrize("gains", ["goal", "static", "adaptive"])
 @pytest.mark.parametrize("seed", range(20))
-def test_static_gains_weigh_the_rules(seed):
+def test_gains_weigh_the_rules_and_who_has_arrived_ignores_its_goal(seed, gains):
     s = anywhere(seed, has_arrived=seed % 4 == 0)
-    names = ("alignment", "separation", "cohesion", "homing", "seeking")
-    given_ = dict(zip(names, (0.3, 0.5, 0.7, 1.1, 1.3), strict=True))
-    found = pull(s, gains="static", **given_)[0]
-    assert_allclose(found, unit(total(s, given_.values())), atol=1e-5)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_adaptive_gains_follow_the_stimuli_and_ignore_the_fixed_ones(seed):
-    s = anywhere(seed, has_arrived=seed % 4 == 0)
-    gains = adapted(*stimuli_of(s))
-    found = pull(s, gains="adaptive", alignment=7.0, seeking=0.0)[0]
-    assert_allclose(found, unit(total(s, gains)), atol=1e-5)
-
-
-@every_rule
-@given(seed=st.integers(0, 2**32))
-def test_a_robot_that_has_arrived_ignores_its_goal(gains, seed):
-    rng = np.random.default_rng(seed)
-    way = rng.normal(size=2).astype(np.float32)
-    here, there = (anywhere(seed, has_arrived=True, goal=goal) for goal in (way, -way))
-    assert_array_equal(pull(here, gains=gains), pull(there, gains=gains))
+    weighed = {"goal": (0, 0, 0, 0, 1), "static": STATIC.values(), "adaptive": adapted(s)}[gains]
+    found = pull(s, gains=gains, **STATIC)[0]
+    assert_allclose(found, unit(total(s, weighed)), atol=1e-5)

@@ -30,24 +30,15 @@ def test_an_ellipse_and_its_matrix_are_the_same(a, b, direction):
     assert to_matrix(*to_ellipse(*cov)) == pytest.approx(cov, abs=1e-9)
 
 
-def test_gain_and_posterior_are_those_of_the_paper():
-    rng = np.random.default_rng(4)
-    for _ in range(20):
-        own, heard = covariance(rng), covariance(rng)
-        K = gain_matrix(flat(own), flat(heard))  # noqa: N806 as in the paper
-        assert_allclose(np.reshape(K, (2, 2)), own @ np.linalg.inv(own + heard), atol=1e-9)
-        found = np.array([*flat(own), 0.0, 0.0, 0.0])
-        blend(K, found, flat(heard))
-        other = heard @ np.linalg.inv(own + heard)
-        assert_allclose(found[:3], flat(other @ own), atol=1e-9)
-
-
-def test_the_heading_keeps_its_variance_and_the_whole_stays_a_covariance():
+def test_gain_and_posterior_are_those_of_the_paper_and_the_whole_stays_a_covariance():
     rng = np.random.default_rng(5)
     for _ in range(20):
         P, R = covariance(rng, 3), covariance(rng)  # noqa: N806 as in the paper
-        found = np.array([*flat(P), P[0, 2], P[1, 2], P[2, 2]])
-        blend(gain_matrix(flat(P), flat(R)), found, flat(R))
+        own, found = P[:2, :2], np.array([*flat(P), P[0, 2], P[1, 2], P[2, 2]])
+        K = gain_matrix(flat(P), flat(R))  # noqa: N806 as in the paper
+        assert_allclose(np.reshape(K, (2, 2)), own @ np.linalg.inv(own + R), atol=1e-9)
+        blend(K, found, flat(R))
+        assert_allclose(found[:3], flat(R @ np.linalg.inv(own + R) @ own), atol=1e-9)
         xx, xy, yy, xt, yt, tt = found
         whole = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
         assert np.linalg.eigvalsh(whole).min() > -1e-9
@@ -97,7 +88,7 @@ def test_a_copied_ellipse_points_where_the_senders_does(told):
 def test_two_ellipses_merge_as_the_paper_says(told):
     own = (0.03, -0.01, 0.05)
     beliefs, turn = told(own)
-    mine, heard = turned(own, 0.0), turned(TOLD, turn[0] - turn[1])
-    expected = np.linalg.inv(np.linalg.inv(mine) + np.linalg.inv(heard))
+    inverses = [np.linalg.inv(turned(*each)) for each in ((own, 0.0), (TOLD, turn[0] - turn[1]))]
+    expected = np.linalg.inv(sum(inverses))
     assert beliefs.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
     assert beliefs.p[0, NEST] == pytest.approx(math.sqrt(np.linalg.norm(expected, 2)))

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from baselines.estimators import reputation_odometry
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import Message
 from baselines.estimators.dead_reckoning import DeadReckoning
@@ -13,7 +12,6 @@ from baselines.estimators.localisation import Localisation
 from baselines.estimators.message_exchange import round_estimate
 from baselines.estimators.path_covariance import error_constant
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
-from baselines.estimators.sceptical_odometry import ScepticalOdometryParameters
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from swarm_forage_env.controllers import find_controller
@@ -33,11 +31,7 @@ def test_a_length_or_time_is_not_negative_and_some_are_bounded(name):
     for wrong in (-1e-9, math.nan, math.inf):
         with pytest.raises(ConfigError, match=name):
             override(made, {name: wrong})
-    if name == "lost_within":
-        with pytest.raises(ConfigError, match=name):
-            override(made, {name: 0.0})
-        assert override(made, {name: 1e-9}).lost_within == 1e-9
-    else:
+    if name != "lost_within":  # which test_controllers refuses
         assert getattr(override(made, {name: 0.0}), name) == 0.0
 
 
@@ -70,17 +64,6 @@ def test_an_exchange_takes_a_tick_at_least_and_zero_means_that_all_is_told():
     numbers = SocialOdometryParameters().numbers(scenario)
     assert numbers["talk_ticks"] == 1
     assert numbers["tells_within"] == math.inf
-
-
-def test_the_layers_of_sceptical_robots_know_what_witnesses_need():
-    scenario = find_scenario("es1")
-    social = SocialOdometryParameters().numbers(scenario)
-    sceptical = ScepticalOdometryParameters(agreement=0.4).layer(scenario)
-    assert sceptical.numbers == social | {"agreement": 0.4}
-    own = {"weighs_unknown": True, "slack": 0.1, "drift": 0.2, "sure_within": 3.0,
-           "remembers_within": 7.0, "agreement": 0.4}  # fmt: skip
-    assert ReputationOdometryParameters(**own).layer(scenario).numbers == social | own
-    assert reputation_odometry.COPIED_FROM == 0.5
 
 
 def test_a_covariance_filter_has_the_error_constant_of_its_encoders():
