@@ -1,7 +1,6 @@
 """The social induced Kalman filter."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from swarm_forage_env.scenarios import find_scenario
 
 @pytest.fixture
 def ended(numbers_of):
-    """A robot of which an exchange about the nest just ended, with or without an own estimate."""
+    """What a robot believes after an exchange about the nest, and the gain of its rule."""
     numbers = numbers_of(SIKFParameters().numbers(find_scenario("es1")))
 
     def end(own, heard, goal=NEST):
@@ -29,49 +28,35 @@ def ended(numbers_of):
         if own is not None:
             b.moments[NEST] = [own**2, 0.0, 0.25 * own**2, 0.0, 0.1 * own, 0.04]
             b.p[NEST] = e.own_p[NEST] = own
-        return SimpleNamespace(
-            mind=mind,
-            belief=b,
-            merge=lambda g: merged(mind, g),
-            gain=lambda: gain(e, NEST, numbers),
-        )
-
-    def merged(mind, g):
-        mind.exchange.weight[:] = g
+        e.weight[:] = g = gain(e, NEST, numbers)
         merge(mind, np.zeros(0), 0.0, numbers)
+        return b, g
 
     return end
 
 
-def norm(belief):
-    return spectral_norm(*belief.moments[NEST, :3])
-
-
 @pytest.mark.parametrize(
-    ("own", "heard", "g"), [(0.1, 0.3, 0.1), (0.3, 0.1, 0.9), (0.0, 0.2, 0.0), (0.0, 0.0, 0.5)]
+    ("own", "heard", "expected"),
+    [(0.1, 0.3, 0.1), (0.3, 0.1, 0.9), (0.0, 0.2, 0.0), (0.0, 0.0, 0.5)],
 )
-def test_the_gain_compares_variances(ended, own, heard, g):
-    assert ended(own, heard).gain() == pytest.approx(g)
-
-
-def test_both_robots_end_with_the_same_norm(ended):
-    robot = ended(own=0.2, heard=0.4)
-    robot.merge(robot.gain())
-    expected = 0.2**2 * 0.4**2 / (0.2**2 + 0.4**2)
-    assert norm(robot.belief) == pytest.approx(expected)
-    assert robot.belief.p[NEST] == pytest.approx(math.sqrt(expected))
+def test_the_gain_compares_variances_and_both_robots_end_with_the_same_norm(
+    ended, own, heard, expected
+):
+    belief, g = ended(own, heard)
+    assert g == pytest.approx(expected)
+    norm = 0.0 if own == 0.0 else own**2 * heard**2 / (own**2 + heard**2)
+    assert spectral_norm(*belief.moments[NEST, :3]) == pytest.approx(norm)
+    assert belief.p[NEST] == pytest.approx(math.sqrt(norm))
 
 
 def test_a_goal_that_is_not_headed_for_is_kept(ended):
-    robot = ended(own=0.2, heard=0.1, goal=PREY)
-    robot.merge(0.5)
-    assert norm(robot.belief) == pytest.approx(0.04)
-    assert robot.belief.location[NEST].tolist() == [0.0, 0.0]
+    belief, _ = ended(own=0.2, heard=0.1, goal=PREY)
+    assert spectral_norm(*belief.moments[NEST, :3]) == pytest.approx(0.04)
+    assert belief.location[NEST].tolist() == [0.0, 0.0]
 
 
 def test_what_was_unknown_is_copied_as_a_circle(ended):
-    robot = ended(own=None, heard=0.3)
-    robot.merge(0.5)
-    assert robot.belief.moments[NEST] == pytest.approx([0.09, 0.0, 0.09, 0.0, 0.0, 0.0])
-    assert robot.belief.location[NEST].tolist() == [1.0, 2.0]
-    assert robot.belief.p[NEST] == 0.3
+    belief, _ = ended(own=None, heard=0.3)
+    assert belief.moments[NEST] == pytest.approx([0.09, 0.0, 0.09, 0.0, 0.0, 0.0])
+    assert belief.location[NEST].tolist() == [1.0, 2.0]
+    assert belief.p[NEST] == 0.3

@@ -6,17 +6,14 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from baselines.evaluation import runner
-from baselines.papers import commands_reproduce, reproduction, sequential
-from baselines.papers.claim_types import ClaimResult, Number, Order
+from baselines.papers import commands_reproduce, sequential
+from baselines.papers.claim_types import Number, Order
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper
 from baselines.papers.reproduction import ReproduceOptions, Reproduction
 from baselines.papers.social_odometry import LEFT_OPEN
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-
-FOUND = [ClaimResult("a claim", 60.0, 59.0, 58.0, 61.0, True)]
 
 
 def test_the_command_line_is_that_of_the_same_episodes():
@@ -56,59 +53,7 @@ def test_a_reproduction_is_kept_in_a_folder_of_its_own(monkeypatch, tmp_path):
         Reproduction(ReproduceOptions("ants2008", physics="soft"))
 
 
-@pytest.fixture
-def called(monkeypatch):
-    """What the command makes of its options."""
-    found = []
-
-    class Recorded:
-        plan = "the plan"
-        decided = ()
-
-        def __init__(self, options, out):
-            found.append((options, out))
-
-        def run_with_progress(self, backend):
-            found.append(backend)
-
-        def claim_results(self):
-            return FOUND
-
-        def write(self, claim_results, page, style):
-            found.append((claim_results, page, style))
-            return [Path("claims.json")]
-
-    monkeypatch.setattr(reproduction, "Reproduction", Recorded)
-    monkeypatch.setattr(commands_reproduce, "find_backend", lambda *given: given)
-    monkeypatch.setattr(runner, "check_kept", found.append)
-    return found
-
-
-def test_a_command_without_options_runs_what_the_help_promises(called, command):
-    status, stdout, _ = command("reproduce", "ants2008")
-    assert status == 0
-    (options, out), backend, written, checked = called
-    assert options == ReproduceOptions("ants2008", None, False, 0, None, [])
-    assert out is None
-    assert backend == ("joblib", 2, 1, None)
-    assert written == (FOUND, None, "screen")
-    assert checked == "the plan"
-    assert "1 of 1 claims reproduced" in stdout
-
-
-@pytest.mark.parametrize(
-    ("options", "episodes"), [(["--quick"], 6), (["--quick", "--episodes=2"], 2), ([], None)]
-)
-def test_quick_is_six_replications_unless_another_number_is_asked_for(
-    called, command, options, episodes
-):
-    assert command("reproduce", "ants2008", *options)[0] == 0
-    assert called[0][0].episodes == episodes
-
-
 NC, SSGIKF = Experiment("es1", "nc"), Experiment("es1", "ssgikf")
-
-
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
 
@@ -161,28 +106,22 @@ def test_adaptive_episodes_decide_each_claim_on_the_page_and_as_json(
     assert (status, "'some' is neither a whole number nor adaptive" in stderr) == (2, True)
 
 
-def test_what_has_been_run_is_not_run_again(reproduce):
-    reproduce("--episodes=2", *SHORT)
-    status, stdout, stderr = reproduce("--episodes=3", *SHORT)
+def test_what_has_been_run_is_not_run_again_and_quick_is_six_replications(reproduce):
+    reproduce("--quick", "--episodes=2", *SHORT)
+    status, stdout, stderr = reproduce("--quick", *SHORT)
     assert status == 0
-    assert "4 of 6 episodes found" in stderr
+    assert "4 of 12 episodes found" in stderr
     assert "0 of 2 claims reproduced" in stdout
 
 
-def test_the_page_can_be_written_elsewhere_with_its_figures(reproduce, tmp_path):
-    status, _, _ = reproduce("--episodes=2", "--page=docs/papers/page.md", *SHORT)
-    assert status == 0
-    text = (tmp_path / "docs" / "papers" / "page.md").read_text("utf-8")
+def test_a_page_elsewhere_has_its_figures_for_a_paper_as_broad_as_a_column(reproduce, tmp_path):
+    page, figures = tmp_path / "docs" / "page.md", tmp_path / "docs" / "figures"
+    assert reproduce("--episodes=2", "--style=paper", "--page=docs/page.md", *SHORT)[0] == 0
     command_line = "swarm-forage reproduce social-odometry --set=task.duration=20 --episodes=2"
-    assert command_line in text
-    assert (tmp_path / "docs" / "papers" / "figures" / "tr14.png").exists()
-
-
-def test_figures_for_a_paper_are_as_broad_as_a_column_and_pdf_too(reproduce, tmp_path):
-    assert reproduce("--episodes=2", "--style=paper", "--page=page.md", *SHORT)[0] == 0
-    with Image.open(tmp_path / "figures" / "tr14.png") as image:
+    assert command_line in page.read_text("utf-8")
+    with Image.open(figures / "tr14.png") as image:
         assert image.width == 670
-    assert (tmp_path / "figures" / "tr14.pdf").read_bytes().startswith(b"%PDF")
+    assert (figures / "tr14.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("wrong", ["--episodes=0", "--workers=0", "--seed=-1", "--physics=soft"])
