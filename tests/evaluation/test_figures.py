@@ -146,13 +146,14 @@ def test_a_table_crosses_motion_with_localisation_and_names_what_it_leaves_out(k
     }
     folder = keep(trips | {"nc": 1})
     axes = draw("table", folder).axes[0]
-    rows = [label.get_text() for label in axes.get_yticklabels()]
-    columns = [label.get_text() for label in axes.get_xticklabels()]
+    rows, columns = (
+        [label.get_text() for label in labels]
+        for labels in (axes.get_yticklabels(), axes.get_xticklabels())
+    )
     cells = {
-        (rows[round(y)], columns[round(x)]): text.get_text().partition("\n")[0]
-        for text in axes.texts
-        for x, y in [text.get_position()]
-    }
+        (rows[round(text.get_position()[1])], columns[round(text.get_position()[0])]):
+        text.get_text().partition("\n")[0] for text in axes.texts
+    }  # fmt: skip
     assert cells == {
         ("boids-goal", "social\nodometry"): "31.5",
         ("boids-goal", "dead\nreckoning"): "none",
@@ -173,9 +174,8 @@ def evaluated(dataset, configuration):
 
 
 def test_paths_hold_every_robot_all_the_time(evaluated):
-    image = draw("paths", evaluated[0]).axes[0].images[0]
-    robots = float(image.get_array().sum()) * 1.7 * 1.2 / image.get_array().size
-    assert robots == pytest.approx(10.0)
+    density = draw("paths", evaluated[0]).axes[0].images[0].get_array()
+    assert density.mean() * 1.7 * 1.2 == pytest.approx(10.0), "robots on 1.7 x 1.2 m2"
 
 
 def test_paths_that_do_not_repeat_the_dataset_are_refused(evaluated, dataset, configuration):
