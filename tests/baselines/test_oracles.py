@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from baselines.oracles.controllers import NAMED, Oracle
+from baselines.oracles.controllers import NAMED
 from baselines.oracles.oracle import OracleWeighting, moved
 from swarm_forage_env import ConfigError, parallel_env
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import REPLACE, is_privileged
 from swarm_forage_env.loop import Loop
@@ -23,13 +22,6 @@ BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_no
 def start(name, seeds=(0,), physics="kinematic", **overrides):
     scenario = find_scenario("es1", BUSY | overrides)
     return Loop(scenario, find_controller(name, references=True), seeds, physics)
-
-
-def run(name, ticks, seeds=(0,), physics="kinematic", **overrides):
-    loop = start(name, seeds, physics, **overrides)
-    for _ in range(ticks):
-        loop.step()
-    return loop
 
 
 def beliefs(loop):
@@ -80,40 +72,27 @@ def test_the_two_registries_share_no_name():
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both", "everything"])
 def test_no_environment_takes_a_reference_by_name_or_as_an_object(name, learn):
-    for controller in (name, REFERENCES[name]):
+    changed = find_controller(f"{name}:deaf_when_lost=7", references=True)
+    assert changed.parameters["estimator.deaf_when_lost"] == 7.0
+    for controller in (name, REFERENCES[name], changed):
         with pytest.raises(ConfigError, match=f"controller '{name}' is a reference that knows"):
             parallel_env("es1", learn=learn, controller=controller)
 
 
-def test_a_reference_is_not_suggested_where_it_is_refused():
-    with pytest.raises(UnknownNameError) as error:
-        find_controller("no-eror")
-    assert "no-error" not in str(error.value)
-    with pytest.raises(UnknownNameError, match="did you mean 'no-error'"):
-        find_controller("no-eror", references=True)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_reference_takes_parameters_and_stays_a_reference(name):
-    controller = find_controller(f"{name}:deaf_when_lost=7", references=True)
-    assert isinstance(controller, Oracle)
-    assert is_privileged(controller)
-    assert controller.parameters["estimator.deaf_when_lost"] == 7.0
-    assert controller != find_controller(name, references=True)
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_a_world_in_a_block_is_the_world_alone_also_after_a_reset(name):
-    alone, block = run(name, 80, [5]), run(name, 20, [7, 8])
+    alone, block = start(name, [5]), start(name, [7, 8])
+    block.run(20)
     block.reset([3, 5])
-    for _ in range(80):
-        block.step()
+    for loop in (alone, block):
+        loop.run(80)
     assert_array_equal(alone.world.state.pose, block.world.state.pose[10:])
     assert_array_equal(beliefs(alone).location, beliefs(block).location[10:])
 
 
 def test_without_error_pose_and_path_are_the_true_ones_also_when_pushed():
-    loop = run("no-error", 120, physics="rigid")
+    loop = start("no-error", physics="rigid")
+    loop.run(120)
     before, p = loop.world.state.pose.copy(), beliefs(loop).p.copy()
     loop.step()
     after = loop.world.state.pose
@@ -165,11 +144,11 @@ def test_global_communication_gives_everyone_but_the_deaf_the_mean_of_those_who_
     assert b.p[5, 0] == 9.0
 
 
-@pytest.mark.parametrize(("name", "is_exact"), [("no-error", True),
-                                                ("no-error:exact_beam=false", False)])  # fmt: skip
-def test_without_error_a_copied_place_is_exact(name, is_exact):
-    loop = start(name, **{"task.n_robots": 2, "task.start_radius": 0.06, "radio.loss_near": 0.0,
-                          "radio.loss_far": 0.0})  # fmt: skip
+@pytest.mark.parametrize("is_exact", [True, False])
+def test_without_error_a_copied_place_is_exact(is_exact):
+    near = {"task.n_robots": 2, "task.start_radius": 0.06}
+    near |= {"radio.loss_near": 0.0, "radio.loss_far": 0.0}
+    loop = start(f"no-error:exact_beam={is_exact}", **near)
     b = beliefs(loop)
     loop.world.robots["action"]["motion"] = REPLACE
     loop.world.robots["action"]["wheels"] = 0.0
