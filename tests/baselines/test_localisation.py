@@ -38,7 +38,7 @@ from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import numbers_record, rows
+from swarm_forage_env.record import one_record, rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.records import Readings, Sighting
@@ -62,18 +62,10 @@ ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
 def numbers_of(setting, **changed):
     """The scenario's numbers as the kernels read them, with some of them changed."""
     scenario = find_scenario("waypoints-05", {"n_robots": ROBOTS})
-    given_ = DecentralisedEKF(setting=setting).numbers(scenario) | changed
-    found = np.zeros(1, numbers_record(**given_))
-    for name, value in given_.items():
-        found[name] = value
-    return rows(found)[0]
+    return rows(one_record(DecentralisedEKF(setting=setting).numbers(scenario) | changed))[0]
 
 
 CORRECTED, AUTHORS = numbers_of("corrected"), numbers_of("authors")
-
-
-NOTHING = np.zeros(0)
-"""What an estimator that shares nothing with others keeps of the pairs."""
 
 
 def one(kind):
@@ -187,7 +179,7 @@ def intersected(pose, P, far, bearing, g):  # noqa: N803 as in the paper
         far,
         bearing,
     )
-    intersect(crowd, NOTHING, sightings, CORRECTED)
+    intersect(crowd, np.zeros(0), sightings, CORRECTED)
     return crowd.belief.pose, crowd.belief.P
 
 
@@ -224,44 +216,27 @@ def step(x):
     return np.array([x[0] + x[3] * DT * math.cos(theta), x[1] + x[3] * DT * math.sin(theta), theta])
 
 
-def predicted(pose, P, measured, numbers):  # noqa: N803 as in the paper
-    belief = one(PoseBelief)
-    belief.pose[:], belief.P[:] = pose, P
-    predict(belief, np.array(measured, np.float32), numbers)
-    return belief.pose, belief.P, belief.velocity
-
-
 def inputs(measured):
     """What is left of a measurement in single precision."""
     return np.array(measured, np.float32).astype(float)
 
 
 @given(COVARIANCES, ANGLES, st.floats(-0.2, 0.7), st.floats(-1.2, 1.2))
-def test_a_prediction_propagates_pose_and_covariance(P, theta, speed, turn):  # noqa: N803
-    at = np.array([0.4, -1.0, theta, *inputs([speed, turn])])
+def test_a_prediction_propagates_pose_covariance_and_factors(P, theta, speed, turn):  # noqa: N803
+    motion, belief, factors = np.array([speed, turn], np.float32), one(PoseBelief), np.array([P])
+    at = np.array([0.4, -1.0, theta, *inputs(motion)])
     J = jacobian(step, at)  # noqa: N806 a Jacobian
     noise = np.diag([0.05**2 + 0.005**2, 0.02**2 + 0.05**2])
     expected = J[:, :3] @ P @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
-    pose, found, velocity = predicted(at[:3], P, (speed, turn), CORRECTED)
-    assert_allclose(found, expected, atol=1e-8)
-    assert_array_equal(found, found.T)
+    belief.pose[:], belief.P[:] = at[:3], P
+    predict(belief, motion, CORRECTED)
+    assert_allclose(belief.P, expected, atol=1e-8)
+    assert_array_equal(belief.P, belief.P.T)
     there = step(at)
-    assert_allclose(pose[:2], there[:2], atol=1e-12)
-    assert pose[2] == pytest.approx(wrap(there[2]), abs=1e-12)
-    assert_allclose(velocity, (there[:2] - at[:2]) / DT, atol=1e-9)
-
-
-def test_factors_are_carried_by_the_jacobian_of_the_step():
-    rng = np.random.default_rng(6)
-    pose, measured = rng.uniform(-2.0, 2.0, (3, 3)), inputs(rng.uniform(-0.7, 0.7, (3, 2)))
-    factors = rng.normal(size=(3, 3, 3, 3))
-    after = np.array([step(np.concatenate(each)) for each in zip(pose, measured, strict=True)])
-    found, crowd = factors.copy(), crowd_of(FilterMind, 3, belief_pose=after)
-    for i, motion in enumerate(measured.astype(np.float32)):
-        propagate_factors(crowd[i].belief, motion, DT, found[i])
-    for i in range(3):
-        F = jacobian(step, np.concatenate([pose[i], measured[i]]))[:, :3]  # noqa: N806
-        assert_allclose(found[i], F @ factors[i], atol=1e-8)
+    assert_allclose(belief.pose, [*there[:2], wrap(there[2])], atol=1e-12)
+    assert_allclose(belief.velocity, (there[:2] - at[:2]) / DT, atol=1e-9)
+    propagate_factors(belief, motion, DT, factors)
+    assert_allclose(factors[0], J[:, :3] @ P, atol=1e-8)
 
 
 def stores(robots=ROBOTS, numbers=CORRECTED, kind=FilterMind):
