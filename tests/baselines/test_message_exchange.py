@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines.estimators.belief import NOBODY
 from baselines.estimators.message_exchange import heard_location
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body
@@ -169,16 +168,3 @@ def test_of_many_partners_the_one_whose_time_runs_out_first_is_forgotten_first(b
         while not swarm.sense(messages=[(0, partner, told, BEAM)])[0]:
             pass
     assert sorted(swarm.beliefs.met[0].tolist()) == [*range(3, 11)]
-
-
-def test_who_gets_lost_breaks_off_the_exchange(believers, message):
-    swarm = believers(2, double=True, overshoot=0.0)
-    swarm.know(0, NEST, 0.02, 0.0, p=1.0)
-    swarm.sense(messages=[(0, 1, message(prey=(0.7, 0.3, 1.2)), BEAM)])
-    assert swarm.beliefs.partner[0] == 1
-    swarm.sense()  # it is there now, and lost on the next step
-    assert swarm.talking[0]
-    swarm.sense(distance=0.01)
-    assert swarm.lost[0]
-    assert swarm.beliefs.partner[0] == NOBODY
-    assert not swarm.talking[0]

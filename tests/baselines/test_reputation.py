@@ -131,15 +131,6 @@ def test_a_robot_that_was_there_lately_judges_at_once_by_both_paths(
     assert robot.reputation["is_open"][2, NEST] == (counts == (0.0, 0.0))
 
 
-@pytest.mark.parametrize(("weight", "is_known"), [(0.49, 0), (0.5, 1), (0.51, 1)])
-def test_a_place_of_an_unknown_area_is_copied_from_one_half_on(robot, weight, is_known):
-    robot.hear(1, (1.0, 0.0), p=2.0)
-    robot.exchange["weight"] = weight
-    merge(robot.mind, np.zeros((1, 0)), 1.0, NUMBERS)
-    assert robot.belief["known"].tolist() == [is_known, 0]
-    assert robot.belief["p"][NEST] == 2.0 * is_known
-
-
 def test_the_weighting_is_asked_about_unknown_areas_only_if_it_is_to_weigh_them():
     exchange = Exchange.array((1,))
     exchange["heard_known"], exchange["own_known"] = (1, 1), (1, 0)

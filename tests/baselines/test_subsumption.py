@@ -35,12 +35,10 @@ def steer_all(situations, readings, heard, wheels, courses, numbers):
 class Walkers:
     """Robots that subsumption moves, told tick by tick what they see and believe."""
 
-    def __init__(self, numbers_of, rows, seed, parameters):
-        scenario = find_scenario("es1", {"n_robots": 1})
-        chosen = SubsumptionParameters(**{"gap": 0.04, "hold": 0.5, **parameters})
-        layer = chosen.layer(scenario)
+    def __init__(self, numbers_of, rows, **parameters):
+        layer = SubsumptionParameters(gap=0.04, hold=0.5, **parameters).layer(find_scenario("es1"))
         self.courses = layer.memory.array((rows,)).view(np.recarray)
-        self.courses.stream[:, 0] = streams(range(seed, seed + rows), 1, layer.noise)
+        self.courses.stream[:, 0] = streams(range(rows), 1, layer.noise)
         self._situation = Situation.array((rows,)).view(np.recarray)
         self._readings = Readings.array((rows,)).view(np.recarray)
         self._heard = Heard.array((rows,), slots=4)
@@ -55,16 +53,6 @@ class Walkers:
             self._situation, self._readings, self._heard, self._wheels, self.courses, self._numbers
         )
         return self._wheels.copy()
-
-
-@pytest.fixture
-def motion(numbers_of):
-    """The motion of so many robots, each of its own seed."""
-
-    def start(rows=1, seed=0, **parameters):
-        return Walkers(numbers_of, rows, seed, parameters)
-
-    return start
 
 
 @pytest.mark.parametrize(
@@ -116,17 +104,16 @@ def test_the_way_round_keeps_right_unless_the_obstacle_is_there(bearing, course)
     )
 
 
-def test_the_literal_rule_turns_opposite_to_the_obstacle(motion):
+def test_the_literal_rule_turns_opposite_to_the_obstacle(numbers_of):
     # TR 5.1
-    wheels = motion(avoidance="literal")(proximity=seen({FRONT_LEFT: 0.5}))
-    np.testing.assert_allclose(
-        wheels[0], wheels_towards(math.radians(17.0 - 180.0), 0.15), rtol=1e-6
-    )
+    (wheels,) = Walkers(numbers_of, 1, avoidance="literal")(seen({FRONT_LEFT: 0.5}))
+    opposite = wheels_towards(math.radians(17.0 - 180.0), 0.15)
+    np.testing.assert_allclose(wheels, opposite, rtol=1e-6)
 
 
-def test_without_a_goal_robots_run_straight_and_turn_to_any_direction(motion):
+def test_without_a_goal_robots_run_straight_and_turn_to_any_direction(numbers_of):
     rows, ticks, mean = 200, 600, 0.3
-    run, turns = motion(rows, mean_run=mean), []
+    run, turns = Walkers(numbers_of, rows, mean_run=mean), []
     for _ in range(ticks):
         before = run.courses.stream[:, 0].copy()
         run()
