@@ -1,7 +1,6 @@
 """What the command `reproduce` does with its options, without running an episode."""
 
 import json
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -44,13 +43,8 @@ def test_every_paper_can_be_asked_for_and_has_its_replications(paper, n):
     assert paper in commands_reproduce.PAPER_NAMES
 
 
-def test_a_reproduction_is_kept_in_a_folder_of_its_own(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    claims = (Number("trips", Experiment("es1", "nc"), 60.0),)
-    small = Paper("ants2008", "ants2008", claims, (), 30, {})
-    monkeypatch.setitem(PAPERS._parts, "ants2008", lambda: small)
-    options = ReproduceOptions("ants2008", 2, physics="kinematic")
-    assert Reproduction(options).folder == Path("runs/reproduce-ants2008")
+def test_a_reproduction_is_kept_in_the_folder_that_is_asked_for(tmp_path):
+    options = ReproduceOptions("social-odometry", 2, physics="kinematic")
     elsewhere = Reproduction(options, tmp_path / "x")
     assert elsewhere.folder == tmp_path / "x"
     assert list(elsewhere.plan.seeds) == [0, 1]
@@ -85,9 +79,6 @@ def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(reproduce, t
     status, stdout, stderr = reproduce("--episodes=2", "--format=json", *SHORT)
     assert status == 0
     rows = json.loads(stdout)
-    assert [set(row) for row in rows] == [
-        {"claim", "published", "ours", "low", "high", "reproduced"}
-    ] * 2
     assert not any(row["reproduced"] for row in rows)
     assert "swarm-forage: about " in stderr
     folder = tmp_path / "runs" / "reproduce-social-odometry"
@@ -151,9 +142,8 @@ def plan(*configurations, todo):
 
 def test_each_scenario_is_timed_once_and_only_if_something_is_left_to_run(monkeypatch):
     few, same, many, other = (
-        Experiment(scenario, controller, (f"task.n_robots={n}", f"task.duration={seconds}"))
-        .configuration("kinematic")
-        for scenario, controller, n, seconds in (
+        Experiment(*names, (f"task.n_robots={n}", f"task.duration={seconds}")).configuration(None)
+        for *names, n, seconds in (
             ("es1", "nc", 5, 100), ("es1", "ssgikf", 5, 100), ("es1", "nc", 10, 100),
             ("es2", "nc", 5, 200),
         )
@@ -169,9 +159,6 @@ def test_each_scenario_is_timed_once_and_only_if_something_is_left_to_run(monkey
         (0.25 * 2 * 1000 + 0.5 * 3 * 1000 + 0.75 * 1 * 2000) / 2
     )
     assert timed == [same, many, other]
-    timed.clear()
-    assert expected_seconds(plan(few, same, todo=(1, 3)), 1) == pytest.approx(0.25 * 4 * 1000)
-    assert timed == [few]
     assert expected_seconds(plan(few, same, todo=(0, 0)), 1) == 0.0
 
 
