@@ -10,7 +10,7 @@ import baselines.controllers  # noqa: F401
 import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from baselines.estimators.belief import Message
-from baselines.estimators.message_exchange import compose, has_something_to_say, merge
+from baselines.estimators.message_exchange import compose, has_something_to_say
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
@@ -59,14 +59,6 @@ def speak(minds, speaking, numbers):
         compose(minds[i], numbers)
 
 
-@entry_point
-def merge_exchanges(minds, shared, heard_p_share, numbers):
-    """Merge what every robot was told in an exchange that just ended."""
-    for i in range(minds.shape[0]):
-        if minds[i].exchange.is_valid:
-            merge(minds[i], shared, heard_p_share, numbers)
-
-
 class Believers:
     """Robots of one world, told tick by tick what they sense and hear."""
 
@@ -113,11 +105,6 @@ class Believers:
         speaking = np.zeros(len(self.minds), np.bool_)
         speak(self.minds, speaking, self._numbers)
         return self.minds.message.copy(), speaking
-
-    def merge(self, g, heard_p_share):
-        """Merge the exchanges that just ended with this weight."""
-        self.exchange.weight[:] = g
-        merge_exchanges(self.minds, np.zeros((1, 0)), heard_p_share, self._numbers)
 
     @property
     def lost(self):

@@ -34,15 +34,6 @@ def test_two_of_three_ground_sensors_decide(ground, area):
     assert area_under(np.array(ground, np.float32)) == area
 
 
-def test_a_robot_has_visited_what_it_stood_on_until_it_is_lost(believers):
-    robot = believers(1, lost_within=0.05, overshoot=0.2)
-    robot.know(0, PREY, 1.0, 0.0, p=1.0, visited=False)
-    robot.sense(ground="nest")
-    assert robot.beliefs.visited[0].tolist() == [1, 0]
-    assert walk_until_lost(robot) < math.inf
-    assert robot.beliefs.visited[0].tolist() == [0, 0]
-
-
 def walk_until_lost(robot, step=0.01, ticks=500):
     """Straight on over white floor; how far the robot was when it reported itself lost."""
     for tick in range(1, ticks):
@@ -52,20 +43,15 @@ def walk_until_lost(robot, step=0.01, ticks=500):
     return math.inf
 
 
-def test_a_robot_is_lost_after_looking_on_at_the_place_where_the_area_should_be(believers):
-    robot = believers(1, lost_within=0.05, overshoot=0.2)
-    robot.know(0, NEST, -3.0, 0.0, p=1.0, came_from=True)
-    robot.know(0, PREY, 1.0, 0.0, p=1.0)
-    assert walk_until_lost(robot) == pytest.approx(1.0 - 0.05 + 0.2, abs=0.03)
-
-
-def test_who_is_lost_forgets_both_areas_and_hears_nothing_for_a_while(believers, message):
+def test_who_looked_in_vain_is_lost_forgets_both_areas_and_hears_nothing(believers, message):
     # TR 5.1
-    robot = believers(2, deaf_when_lost=1.0)
-    robot.know(0, NEST, -3.0, 0.0, p=1.0, came_from=True)
-    robot.know(0, PREY, 0.5, 0.0, p=1.0)
-    assert walk_until_lost(robot) < math.inf
+    robot = believers(2, lost_within=0.05, overshoot=0.2, deaf_when_lost=1.0)
+    robot.know(0, PREY, 1.0, 0.0, p=1.0, visited=False)
+    robot.sense(ground="nest")
+    assert robot.beliefs.visited[0].tolist() == [1, 0]
+    assert walk_until_lost(robot) == pytest.approx(1.0 - 0.05 + 0.2, abs=0.03)
     assert not robot.beliefs.known[0].any()
+    assert not robot.beliefs.visited[0].any()
     assert robot.beliefs.goal[0] == NOWHERE
     told = [(0, 1, message(nest=(0.7, 0.3, 1.2)), (0.1, 0.0, 0.0))]
     talking = []
@@ -79,16 +65,6 @@ def test_who_is_lost_forgets_both_areas_and_hears_nothing_for_a_while(believers,
 def beliefs_of(loop):
     """What every robot of a block believes, a row for each."""
     return rows(loop.controller.minds["estimator"]).belief
-
-
-def test_only_the_world_that_is_reset_forgets():
-    loop = Loop(find_scenario("es1"), CONTROLLERS["dsgiff"], [0, 1, 2], "kinematic")
-    beliefs = loop.controller.minds["estimator"]["belief"]
-    beliefs["p"], beliefs["known"], beliefs["goal"] = 1.0, True, PREY
-    loop.controller.reset(1, 2, [7])
-    assert beliefs["known"].all(axis=(1, 2)).tolist() == [True, False, True]
-    assert beliefs["p"].sum(axis=(1, 2)).tolist() == [20.0, 0.0, 20.0]
-    assert beliefs["goal"].tolist() == [[PREY] * 10, [NOWHERE] * 10, [PREY] * 10]
 
 
 EXACT = {"wheel_noise": 0.0, "ground_noise": 0.0, "n_robots": 1, "area_distance": 1.0}
@@ -105,21 +81,3 @@ def test_exact_encoders_find_a_centre_that_is_headed_for_within_a_tick(area):
     while not beliefs.known[0, area]:
         loop.step()
     assert localisation_error(loop)[0, area] <= scenario.robot.cruise_speed * scenario.tick + 1e-6
-
-
-def test_exact_encoders_keep_what_was_found():
-    loop = Loop(find_scenario("es1", EXACT), CONTROLLERS["nc"], [0], "kinematic")
-    rng = np.random.default_rng(0)
-    loop.world.state.pose[:] = [0.0, 0.0, 1.2]
-    start = loop.world.state.pose[0].copy()
-    action = loop.world.state.action
-    action.motion[:] = REPLACE
-    for _ in range(150):  # a way that meets no wall
-        action.wheels[:] = rng.uniform(-1.0, 1.0, (1, 2))
-        loop.step()
-    x, y, theta = beliefs_of(loop).pose[0]
-    c, s = math.cos(start[2]), math.sin(start[2])
-    expected = [start[0] + c * x - s * y, start[1] + s * x + c * y]
-    np.testing.assert_allclose(loop.world.state.pose[0, :2], expected, atol=1e-6)
-    turned = math.remainder(loop.world.state.pose[0, 2] - start[2] - theta, 2.0 * math.pi)
-    assert turned == pytest.approx(0.0, abs=1e-5)

@@ -1,61 +1,52 @@
-"""Boids: gains worked by hand, and a pull that depends on nothing but the situation."""
+"""Boids: gains worked by hand, what they weigh, and what a robot is shown of its flock."""
+
+import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
+from baselines.estimators import boids_inputs
+from baselines.estimators.pose_prediction import PoseMind
 from baselines.motion.boids import BoidsParameters
 from baselines.motion.flock import adaptive_gains
-from swarm_forage_env.record import numbers_record
-from swarm_forage_env.record import rows as as_rows
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints.records import Readings, Situation
+from swarm_forage_env.waypoints.records import Readings, Sighting, Situation
 
 SCENARIO = find_scenario("waypoints-05")
-GAINS = ("goal", "static", "adaptive")
 RULES = ("alignment", "separation", "centre", "home", "goal")
 VECTORS = (*RULES, "velocity")
 STIMULI = ("density", "covariance_norm", "dead_reckoning_offset")
 
-every_rule = pytest.mark.parametrize("gains", GAINS)
 
-
-def situation(rows=1, **changed):
-    """One of robots that believe nothing, with some of it changed."""
-    records = as_rows(Situation.array((rows,)))
-    for name, value in changed.items():
-        records[name] = value
-    return records
-
-
-def anywhere(seed, rows=1, **changed):
-    rng = np.random.default_rng(seed)
-    vectors = {name: rng.normal(size=(rows, 2)) for name in VECTORS}
-    vectors["velocity"] *= 0.3
-    stimuli = {name: rng.uniform(0.0, 1.5, rows) for name in STIMULI}
-    return situation(rows, **{**vectors, **stimuli, **changed})
-
-
-def pull(seen, **parameters):
-    """The acceleration that boids command in each situation."""
-    layer = BoidsParameters(**parameters).layer(SCENARIO)
-    numbers = np.zeros(1, numbers_record(**layer.numbers))
-    for name, value in layer.numbers.items():
-        numbers[name] = value
-    memory, readings = (as_rows(kind.array((1,)))[0] for kind in (layer.memory, Readings))
-    found = np.full((len(seen), 2), 9.0, np.float32)
-    for each, acceleration in zip(seen, found, strict=True):
-        layer.steer(each, readings, acceleration, memory, as_rows(numbers)[0])
+def anywhere(seed, has_arrived):
+    """The situation of a robot, drawn."""
+    rng, (found,) = np.random.default_rng(seed), rows(Situation.array((1,)))
+    for name in VECTORS:
+        found[name] = rng.normal(size=2)
+    for name in STIMULI:
+        found[name] = rng.uniform(0.0, 1.5)
+    found.velocity *= 0.3
+    found.has_arrived = has_arrived
     return found
 
 
-def stimuli_of(s, row=0):
-    """Density, covariance norm, offset, and the distances to goal and home, as shares."""
-    distances = [np.linalg.norm(way[row]) / SCENARIO.task.side for way in (s.goal, s.home)]
-    return [*(s[name][row] for name in STIMULI), *distances]
+@pytest.fixture(scope="module")
+def pull(numbers_of):
+    """The acceleration that boids command in a situation."""
+
+    def steer(seen, **parameters):
+        layer = BoidsParameters(**parameters).layer(SCENARIO)
+        memory, readings = (rows(kind.array((1,)))[0] for kind in (layer.memory, Readings))
+        found = np.full(2, 9.0, np.float32)
+        layer.steer(seen, readings, found, memory, numbers_of(layer.numbers))
+        return found
+
+    return steer
 
 
 def unit(v):
@@ -63,22 +54,25 @@ def unit(v):
     return v / size if size > 0.0 else np.zeros(2)
 
 
-def total(s, gains, row=0):
+def total(s, gains):
     """The weighted sum of all forces on one robot."""
-    gains = list(gains)
-    if s.has_arrived[row]:
-        gains[-1] = 0.0
     forces = np.zeros(2)
     for gain, name in zip(gains, RULES, strict=True):
-        way = s[name][row].astype(float)
-        if way.any():
-            forces += gain * unit(0.5 * unit(way) - s.velocity[row])
+        way = s[name].astype(float)
+        if way.any() and not (name == "goal" and s.has_arrived):
+            forces += gain * unit(0.5 * unit(way) - s.velocity)
     return forces
 
 
-def adapted(rho, s, e, d_g, d_h):
+def adapted(s):
+    """The gains of a situation; the distances to goal and home are shares of the side."""
+    distances = [np.linalg.norm(way) / SCENARIO.task.side for way in (s.goal, s.home)]
+    return gains_of(*(s[name] for name in STIMULI), *distances)
+
+
+def gains_of(*stimuli):
     gains = np.full(5, 9.0)
-    adaptive_gains(rho, s, e, d_g, d_h, gains)
+    adaptive_gains(*stimuli, gains)
     return gains
 
 
@@ -92,7 +86,7 @@ def adapted(rho, s, e, d_g, d_h):
     ],
 )
 def test_adaptive_gains_are_those_of_the_paper_and_are_not_clamped(stimuli, gains):
-    assert_allclose(adapted(*stimuli), gains, atol=1e-12)
+    assert_allclose(gains_of(*stimuli), gains, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -103,27 +97,89 @@ def test_gains_that_make_no_sense_are_refused(wrong):
         BoidsParameters(**wrong)
 
 
+STATIC = {"alignment": 0.3, "separation": 0.5, "cohesion": 0.7, "homing": 1.1, "seeking": 1.3}
+
+
+@pytest.mark.parametrize("gains", ["goal", "static", "adaptive"])
 @pytest.mark.parametrize("seed", range(20))
-def test_static_gains_weigh_the_rules(seed):
+def test_gains_weigh_the_rules_and_who_has_arrived_ignores_its_goal(pull, seed, gains):
     s = anywhere(seed, has_arrived=seed % 4 == 0)
-    names = ("alignment", "separation", "cohesion", "homing", "seeking")
-    given_ = dict(zip(names, (0.3, 0.5, 0.7, 1.1, 1.3), strict=True))
-    found = pull(s, gains="static", **given_)[0]
-    assert_allclose(found, unit(total(s, given_.values())), atol=1e-5)
+    weighed = {"goal": (0, 0, 0, 0, 1), "static": STATIC.values(), "adaptive": adapted(s)}[gains]
+    assert_allclose(pull(s, gains=gains, **STATIC), unit(total(s, weighed)), atol=1e-5)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_adaptive_gains_follow_the_stimuli_and_ignore_the_fixed_ones(seed):
-    s = anywhere(seed, has_arrived=seed % 4 == 0)
-    gains = adapted(*stimuli_of(s))
-    found = pull(s, gains="adaptive", alignment=7.0, seeking=0.0)[0]
-    assert_allclose(found, unit(total(s, gains)), atol=1e-5)
+describe_flock = entry_point(boids_inputs.describe_flock)
+describe_self = entry_point(boids_inputs.describe_self)
+
+REACH, MAX_SPEED, COMPASS = 1.5, 0.5, 0.7
+POSES = np.array([[0.3, -0.2], [0.9, 0.6], [-0.1, 0.5], [0.4, 3.0], [0.2, 0.1]])
+VELOCITIES = np.array([[0.1, -0.3], [0.2, 0.1], [-0.4, 0.3], [0.5, 0.5], [0.3, 0.2]])
+SEEN = [1, 2, 3]
+"""By robot 0: two in reach, and one that is believed to be beyond it; the last one is unseen."""
 
 
-@every_rule
-@given(seed=st.integers(0, 2**32))
-def test_a_robot_that_has_arrived_ignores_its_goal(gains, seed):
-    rng = np.random.default_rng(seed)
-    way = rng.normal(size=2).astype(np.float32)
-    here, there = (anywhere(seed, has_arrived=True, goal=goal) for goal in (way, -way))
-    assert_array_equal(pull(here, gains=gains), pull(there, gains=gains))
+@pytest.fixture
+def flock(numbers_of):
+    """What robot 0 is shown of four others, in the world frame."""
+
+    def shown(authors, seen=SEEN):
+        crowd = rows(PoseMind.array((5,)))
+        crowd.belief.pose[:, :2], crowd.belief.velocity[:] = POSES, VELOCITIES
+        crowd.compass[:] = COMPASS
+        sightings = rows(Sighting.array((25,))).reshape(5, 5)
+        sightings.seen[0, seen] = True
+        numbers = numbers_of({"authors": authors, "reach": REACH, "max_speed": MAX_SPEED})
+        describe_flock(crowd, 0, sightings, numbers)
+        found = crowd[0].situation
+        vectors = {name: outer(found[name]) for name in ("centre", "separation", "alignment")}
+        return SimpleNamespace(density=found.density, **vectors)
+
+    return shown
+
+
+def outer(v):
+    """A vector of the body frame in the world frame."""
+    c, s = math.cos(COMPASS), math.sin(COMPASS)
+    return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
+
+
+def test_a_robot_is_shown_its_neighbours_that_it_sees_and_believes_in_reach(flock):
+    # BOIDS, Eq. 21 to 23
+    seen = flock(authors=0.0)
+    assert seen.density == pytest.approx(3 / 5)
+    assert_allclose(seen.centre, POSES[1:3].mean(axis=0) - POSES[0], atol=1e-6)
+    assert_allclose(seen.separation, (POSES[0] - POSES[1:3]).sum(axis=0), atol=1e-6)
+    assert_allclose(seen.alignment, VELOCITIES[1:3].mean(axis=0), atol=1e-6)
+
+
+def test_the_authors_steer_anew_after_each_neighbour_and_align_with_places(flock):
+    seen = flock(authors=1.0, seen=[1, 2])
+    ways = POSES[0] - POSES[1:3]
+    after_one = unit(MAX_SPEED * unit(ways[0]) - VELOCITIES[0])
+    expected = (5.0 * after_one + ways[1] / np.hypot(*ways[1]) ** 2) / 2
+    assert_allclose(seen.separation, expected, rtol=1e-5)
+    assert_allclose(seen.alignment, POSES[1:3].mean(axis=0), atol=1e-6)
+
+
+@pytest.mark.parametrize("authors", [0.0, 1.0])
+def test_with_nobody_in_reach_there_is_no_flock(flock, authors):
+    seen = flock(authors, seen=[3])
+    assert seen.density == pytest.approx(1 / 5)
+    for name in ("centre", "separation", "alignment"):
+        assert_allclose(getattr(seen, name), 0.0)
+
+
+@pytest.mark.parametrize(("tolerance", "has_arrived"), [(5.0, False), (5.001, True)])
+def test_a_robot_is_shown_its_goal_home_velocity_and_stimuli(numbers_of, tolerance, has_arrived):
+    mind, readings = (rows(kind.array((1,)))[0] for kind in (PoseMind, Readings))
+    mind.belief.pose[:], mind.belief.velocity[:] = (1.0, -2.0, 0.3), (0.2, 0.4)
+    mind.reckoned.pose[:], mind.compass, mind.covariance_norm = (1.9, -0.8, 0.0), COMPASS, 0.6
+    readings.goal[:] = 4.0, 2.0
+    numbers = {"covariance_norm_max": 4.0, "offset_max": 3.0, "tolerance": tolerance}
+    describe_self(mind, readings, numbers_of(numbers))
+    found = mind.situation
+    for name, expected in (("goal", (3.0, 4.0)), ("home", (-1.0, 2.0)), ("velocity", (0.2, 0.4))):
+        assert_allclose(outer(found[name]), expected, atol=1e-6)
+    assert found.covariance_norm == pytest.approx(0.15)
+    assert found.dead_reckoning_offset == pytest.approx(0.5)
+    assert found.has_arrived == has_arrived

@@ -8,29 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-import baselines.weighting.covariance
-import baselines.weighting.sgikf
-import baselines.weighting.sikf
 from baselines.estimators import covariance as ellipses
 from baselines.estimators import cross_covariance
 from baselines.estimators.covariance import EllipseMind
-from baselines.estimators.covariance_intersection import CovarianceIntersection
 from baselines.estimators.cross_covariance import CrossBelief, CrossMind, forget_cross_covariances
-from baselines.estimators.dead_reckoning import DeadReckoning
-from baselines.estimators.decentralised_ekf import DecentralisedEKF
-from baselines.estimators.social_odometry import SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.record import rows
-from swarm_forage_env.scenarios import find_scenario
-
-LAYERS = {
-    "social_odometry": (SocialOdometryParameters().layer, baselines.weighting.sgikf),
-    "dead_reckoning": (DeadReckoning().layer, baselines.weighting.sgikf),
-    "covariance_intersection": (
-        CovarianceIntersection().layer, baselines.weighting.sikf,
-    ),
-    "decentralised_ekf": (DecentralisedEKF().layer, baselines.weighting.covariance),
-}  # fmt: skip
 
 A, R = np.array([[0.04, 0.01], [0.01, 0.02]]), np.array([[0.02, -0.005], [-0.005, 0.05]])
 OWN, HEARD = np.array([1.0, 0.0]), np.array([1.2, 0.3])
@@ -106,37 +89,6 @@ def test_intersection_is_the_weighted_mean_of_the_inverses(intersect, own, heard
     assert s.belief.p[PREY] == pytest.approx(np.sqrt(np.linalg.norm(P, 2)))
 
 
-def test_the_weight_of_the_fast_form_for_circles_is_that_of_sikf():
-    own, heard = 0.3**2 * np.eye(2), 0.5**2 * np.eye(2)
-    S = np.linalg.inv(own) + np.linalg.inv(heard)  # noqa: N806 as in the paper
-    det = np.linalg.det
-    g = (det(S) - det(np.linalg.inv(own)) + det(np.linalg.inv(heard))) / (2 * det(S))
-    assert g == pytest.approx(0.3**2 / (0.3**2 + 0.5**2))
-
-
-def test_without_shared_errors_the_filter_is_a_kalman_filter(correct):
-    s = one_robot(CrossMind, A)
-    correct(s, HEARD, R)
-    K = A @ np.linalg.inv(A + R)  # noqa: N806 as in the paper
-    assert_allclose(s.belief.location[PREY], OWN + K @ (HEARD - OWN))
-    assert_allclose(position(s), (np.eye(2) - K) @ A)
-    assert_allclose(s.shared[1, PREY], K @ R)
-    assert_allclose(s.shared[0], 0.0)
-    assert s.belief.is_shared.astype(bool).tolist() == [False, True]
-
-
-def test_what_was_told_once_is_not_learned_twice(correct):
-    s = one_robot(CrossMind, A)
-    correct(s, HEARD, R)
-    once, place = position(s), s.belief.location[PREY].copy()
-    correct(s, HEARD, R)
-    assert np.linalg.norm(position(s)) > 0.95 * np.linalg.norm(once)
-    assert_allclose(s.belief.location[PREY], place, atol=0.02)
-    naive = one_robot(CrossMind, once)
-    correct(naive, HEARD, R)
-    assert np.linalg.norm(position(naive)) < 0.8 * np.linalg.norm(once)
-
-
 def test_a_correction_by_an_estimate_that_shares_errors_is_that_of_the_paper(correct):
     s = one_robot(CrossMind, A)
     s.shared = np.zeros((3, 2, 2, 2))
@@ -152,6 +104,7 @@ def test_a_correction_by_an_estimate_that_shares_errors_is_that_of_the_paper(cor
     assert_allclose(s.shared[1, PREY], C + K @ (R - C))
     assert_allclose(s.shared[2, PREY], rest @ other)
     assert_allclose(s.shared[:, NEST], 0.0)
+    assert s.belief.is_shared.astype(bool).tolist() == [False, True]
 
 
 def test_a_copied_place_shares_all_its_error(correct):
@@ -198,12 +151,3 @@ def test_an_area_underfoot_or_forgotten_shares_its_error_with_nobody(on_area, kn
     for area in (NEST, PREY):
         assert (shared[:, area] == kept[area]).all()
     assert belief.is_shared.astype(bool).tolist() == list(kept)
-
-
-@pytest.mark.parametrize("name", LAYERS)
-def test_every_filter_has_a_weighting_of_its_own(name):
-    make, rule = LAYERS[name]
-    layer = make(find_scenario("es1"))
-    assert layer.own_weighting.gain is rule.gain
-    assert layer.own_weighting.heard_p_share == 0.0
-    assert bool(layer.numbers["speaks"]) == (name != "dead_reckoning")

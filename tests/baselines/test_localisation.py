@@ -13,10 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.estimators.covariance_intersection import (
     IntersectionMind,
-    Told,
-    add_sight_noise,
     fuse,
-    hear_pose,
     intersect,
     weigh_told,
 )
@@ -24,7 +21,6 @@ from baselines.estimators.decentralised_ekf import (
     FACTOR,
     AuthorsMind,
     DecentralisedEKF,
-    authors_bearing,
     correct_both,
     correct_by_sight,
     correct_each_alone,
@@ -42,7 +38,7 @@ from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import numbers_record, rows
+from swarm_forage_env.record import one_record, rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.records import Readings, Sighting
@@ -66,18 +62,10 @@ ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
 def numbers_of(setting, **changed):
     """The scenario's numbers as the kernels read them, with some of them changed."""
     scenario = find_scenario("waypoints-05", {"n_robots": ROBOTS})
-    given_ = DecentralisedEKF(setting=setting).numbers(scenario) | changed
-    found = np.zeros(1, numbers_record(**given_))
-    for name, value in given_.items():
-        found[name] = value
-    return rows(found)[0]
+    return rows(one_record(DecentralisedEKF(setting=setting).numbers(scenario) | changed))[0]
 
 
 CORRECTED, AUTHORS = numbers_of("corrected"), numbers_of("authors")
-
-
-NOTHING = np.zeros(0)
-"""What an estimator that shares nothing with others keeps of the pairs."""
 
 
 def one(kind):
@@ -92,17 +80,6 @@ def crowd_of(kind, robots, **columns):
         field, _, nested = name.partition("_")
         (crowd[field][nested] if nested else crowd[field])[:] = values
     return crowd
-
-
-def sightings_of(seen, far, bearing):
-    """Who sees whom, and where."""
-    found = rows_of_pairs(len(seen))
-    found["seen"], found["range"], found["bearing"] = seen, far, bearing
-    return found
-
-
-def rows_of_pairs(robots):
-    return Sighting.array((robots, robots)).view(np.recarray)
 
 
 def sight(far, bearing):
@@ -159,16 +136,14 @@ def test_an_intersection_is_never_overconfident_whatever_the_correlation(A, B, k
     weights = weights_of(inverses)
     cross = k * np.linalg.cholesky(A) @ np.linalg.cholesky(B).T
     joint = np.block([[A, cross], [cross.T, B]])
-    columns = [
-        fused(inverses, unit.reshape(2, 3), weights)[0] for unit in np.eye(6)
-    ]  # fmt: skip
+    columns = [fused(inverses, unit.reshape(2, 3), weights)[0] for unit in np.eye(6)]
     M = np.stack(columns, axis=1)  # noqa: N806 the fused pose is linear in both
     _, P = fused(inverses, np.zeros((2, 3)), weights)  # noqa: N806 as in the paper
     assert least_eigenvalue(P - M @ joint @ M.T) > -1e-9
     assert_allclose(M[:, :3] + M[:, 3:], np.eye(3), atol=1e-9)
 
 
-def facing(rng, robots=2):
+def facing(rng, robots):
     """True poses, beliefs about them, and what robots that see each other measure."""
     true = np.column_stack([rng.uniform(-0.3, 0.3, (robots, 2)), rng.uniform(-3.0, 3.0, robots)])
     P = np.array([covariance(rng) for _ in range(robots)])  # noqa: N806 as in the paper
@@ -178,8 +153,7 @@ def facing(rng, robots=2):
         for j in range(robots):
             if i != j:
                 far[i, j], bearing[i, j] = seen_at(np.concatenate([true[i], true[j]]))
-    compass = true[:, 2].astype(np.float32)
-    return pose, P, ~np.eye(robots, dtype=np.bool_), far, bearing, compass
+    return pose, P, far, bearing
 
 
 def seen_at(x):
@@ -195,43 +169,25 @@ def told_pose(x, far, back, own):
     return np.array([*there, x[2] + back + math.pi - own])
 
 
-@given(COVARIANCES, ANGLES, st.floats(0.05, 1.0), ANGLES, ANGLES)
-def test_a_heard_covariance_is_the_propagation_of_all_errors(P, theta, far, back, own):  # noqa: N803
-    at = np.array([0.3, -0.2, theta, far, back, own])
-    J = jacobian(lambda x: told_pose(x[:3], *x[3:]), at)  # noqa: N806 a Jacobian
-    noise = np.diag([VAR_RANGE, VAR_BEARING, VAR_BEARING])
-    expected = J[:, :3] @ P @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
-    found = P.copy()
-    add_sight_noise(far, theta + back, VAR_RANGE, VAR_BEARING, found)
-    assert_allclose(found, expected, atol=1e-7)
-
-
-def believers(kind, pose, P, compass=0.0):  # noqa: N803 as in the paper
-    """Robots that believe, and have said, where they are."""
+def intersected(pose, P, far, bearing, g):  # noqa: N803 as in the paper
+    """What robots believe that believed, and said, where they are, and all see each other."""
     columns = {"belief_pose": pose, "belief_P": P, "said_pose": pose, "said_P": P}
-    return crowd_of(kind, len(pose), **columns, compass=compass)
-
-
-def intersected(pose, P, seen, far, bearing, compass, g, numbers=CORRECTED):  # noqa: N803
-    crowd = believers(IntersectionMind, pose, P, compass)
-    crowd.exchange.weight[:] = g
-    intersect(crowd, NOTHING, sightings_of(seen, far, bearing), numbers)
+    crowd = crowd_of(IntersectionMind, len(pose), **columns, exchange_weight=g)
+    sightings = Sighting.array(far.shape).view(np.recarray)
+    sightings.seen, sightings.range, sightings.bearing = (
+        ~np.eye(len(pose), dtype=bool),
+        far,
+        bearing,
+    )
+    intersect(crowd, np.zeros(0), sightings, CORRECTED)
     return crowd.belief.pose, crowd.belief.P
-
-
-def heard(pose, P, far, bearing, compass, numbers):  # noqa: N803 as in the paper
-    """What the second of two robots believes of the pose of the first."""
-    crowd, told = believers(IntersectionMind, pose, P, compass), one(Told)
-    sightings = sightings_of(~np.eye(2, dtype=np.bool_), far, bearing)
-    hear_pose(crowd, 0, 1, sightings, numbers, told)
-    return told.pose, told.P
 
 
 @pytest.mark.parametrize("g", [1.0, 0.25, 0.0])
 @pytest.mark.parametrize("robots", [2, 4])
 def test_a_share_of_an_intersection_is_taken_from_the_weights_of_the_neighbours(robots, g):
     world = facing(np.random.default_rng(robots), robots)
-    pose, P, _, far, bearing, _ = world  # noqa: N806 as in the paper
+    pose, P, far, bearing = world  # noqa: N806 as in the paper
     after, covariances = intersected(*world, g=g)
     for i in range(robots):
         poses, inverses = [pose[i]], [np.linalg.inv(P[i])]
@@ -247,22 +203,11 @@ def test_a_share_of_an_intersection_is_taken_from_the_weights_of_the_neighbours(
             inverses.append(np.linalg.inv(heard))
         weights = g * weights_of(inverses)
         weights[0] += 1.0 - g
-        information = sum(w * each for w, each in zip(weights, inverses, strict=True))
-        vector = sum(
-            w * each @ x for w, each, x in zip(weights, inverses, poses, strict=True)
-        )  # fmt: skip
+        weighed = [w * each for w, each in zip(weights, inverses, strict=True)]
+        information = sum(weighed)
+        vector = sum(each @ x for each, x in zip(weighed, poses, strict=True))
         assert_allclose(covariances[i], np.linalg.inv(information), rtol=1e-5, atol=1e-7)
         assert_allclose(after[i], np.linalg.solve(information, vector), atol=1e-6)
-
-
-def test_the_authors_are_told_a_neighbours_covariance_and_a_diagonal_of_deviations():
-    pose, P, _, far, bearing, compass = facing(np.random.default_rng(4))  # noqa: N806
-    told, told_P = heard(pose, P, far, bearing, compass, AUTHORS)  # noqa: N806 as in the paper
-    assert_allclose(told_P, P[1] + np.diag([0.01, 0.01, 0.02]))
-    slipped = 2.0 * compass[1] - pose[1, 2]
-    direction = bearing[1, 0] + slipped
-    there = pose[1, :2] + far[1, 0] * np.array([math.cos(direction), math.sin(direction)])
-    assert_allclose(told[:2], there, atol=1e-6)
 
 
 def step(x):
@@ -271,59 +216,27 @@ def step(x):
     return np.array([x[0] + x[3] * DT * math.cos(theta), x[1] + x[3] * DT * math.sin(theta), theta])
 
 
-def predicted(pose, P, measured, numbers):  # noqa: N803 as in the paper
-    belief = one(PoseBelief)
-    belief.pose[:], belief.P[:] = pose, P
-    predict(belief, np.array(measured, np.float32), numbers)
-    return belief.pose, belief.P, belief.velocity
-
-
 def inputs(measured):
     """What is left of a measurement in single precision."""
     return np.array(measured, np.float32).astype(float)
 
 
 @given(COVARIANCES, ANGLES, st.floats(-0.2, 0.7), st.floats(-1.2, 1.2))
-def test_a_prediction_propagates_pose_and_covariance(P, theta, speed, turn):  # noqa: N803
-    at = np.array([0.4, -1.0, theta, *inputs([speed, turn])])
+def test_a_prediction_propagates_pose_covariance_and_factors(P, theta, speed, turn):  # noqa: N803
+    motion, belief, factors = np.array([speed, turn], np.float32), one(PoseBelief), np.array([P])
+    at = np.array([0.4, -1.0, theta, *inputs(motion)])
     J = jacobian(step, at)  # noqa: N806 a Jacobian
     noise = np.diag([0.05**2 + 0.005**2, 0.02**2 + 0.05**2])
     expected = J[:, :3] @ P @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
-    pose, found, velocity = predicted(at[:3], P, (speed, turn), CORRECTED)
-    assert_allclose(found, expected, atol=1e-8)
-    assert_array_equal(found, found.T)
+    belief.pose[:], belief.P[:] = at[:3], P
+    predict(belief, motion, CORRECTED)
+    assert_allclose(belief.P, expected, atol=1e-8)
+    assert_array_equal(belief.P, belief.P.T)
     there = step(at)
-    assert_allclose(pose[:2], there[:2], atol=1e-12)
-    assert pose[2] == pytest.approx(wrap(there[2]), abs=1e-12)
-    assert_allclose(velocity, (there[:2] - at[:2]) / DT, atol=1e-9)
-
-
-@given(COVARIANCES, ANGLES, st.floats(-0.2, 0.7), st.floats(-1.2, 1.2))
-def test_the_authors_process_noise_is_a_diagonal_of_deviations(P, theta, speed, turn):  # noqa: N803
-    at = np.array([0.4, -1.0, theta, *inputs([speed, turn])])
-    F = jacobian(step, at)[:, :3]  # noqa: N806 as in the paper
-    _, found, _ = predicted(at[:3], P, (speed, turn), AUTHORS)
-    assert_allclose(found, F @ P @ F.T + np.diag([0.05, 0.05, 0.02]), atol=1e-8)
-
-
-def test_factors_are_carried_by_the_jacobian_of_the_step():
-    rng = np.random.default_rng(6)
-    pose, measured = rng.uniform(-2.0, 2.0, (3, 3)), inputs(rng.uniform(-0.7, 0.7, (3, 2)))
-    factors = rng.normal(size=(3, 3, 3, 3))
-    after = np.array([step(np.concatenate(each)) for each in zip(pose, measured, strict=True)])
-    found, crowd = factors.copy(), crowd_of(FilterMind, 3, belief_pose=after)
-    for i, motion in enumerate(measured.astype(np.float32)):
-        propagate_factors(crowd[i].belief, motion, DT, found[i])
-    for i in range(3):
-        F = jacobian(step, np.concatenate([pose[i], measured[i]]))[:, :3]  # noqa: N806
-        assert_allclose(found[i], F @ factors[i], atol=1e-8)
-
-
-def look_for_home(mind, at_home, fix, numbers):
-    """Whether a robot finds home, and what home tells it."""
-    readings = one(Readings)
-    readings.at_home, readings.home_fix[:] = at_home, fix
-    visit_home(mind.belief, readings, mind.home, numbers)
+    assert_allclose(belief.pose, [*there[:2], wrap(there[2])], atol=1e-12)
+    assert_allclose(belief.velocity, (there[:2] - at[:2]) / DT, atol=1e-9)
+    propagate_factors(belief, motion, DT, factors)
+    assert_allclose(factors[0], J[:, :3] @ P, atol=1e-8)
 
 
 def stores(robots=ROBOTS, numbers=CORRECTED, kind=FilterMind):
@@ -353,9 +266,10 @@ def relative(s, i, j, far, bearing, g=1.0):
 
 
 def privately(s, at_home, fix, variance=1e-6):
-    numbers = numbers_of("corrected", home_variance=variance)
+    numbers, readings = numbers_of("corrected", home_variance=variance), one(Readings)
     for i, mind in enumerate(s["crowd"]):
-        look_for_home(mind, at_home[i], fix[i], numbers)
+        readings.at_home, readings.home_fix[:] = at_home[i], fix[i]
+        visit_home(mind.belief, readings, mind.home, numbers)
         if at_home[i]:
             multiply_factors(mind.home.rest, s["factors"][i])
 
@@ -475,17 +389,12 @@ MOVES = st.tuples(
         st.tuples(st.floats(-0.2, 0.7), st.floats(-1.2, 1.2)), min_size=ROBOTS, max_size=ROBOTS
     ),
 )
-FIXES = st.tuples(
-    st.just("fix"),
-    st.tuples(
-        st.integers(0, ROBOTS - 1), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), ANGLES
-    ),
-)  # fmt: skip
+SHORT = st.floats(-1.0, 1.0)
+FIXES = st.tuples(st.just("fix"), st.tuples(st.integers(0, ROBOTS - 1), SHORT, SHORT, ANGLES))
+SHARES = st.sampled_from([1.0, 0.3])
 SIGHTS = st.tuples(
     st.just("sight"),
-    st.tuples(
-        st.permutations(range(ROBOTS)), st.floats(1e-3, 1.0), ANGLES, st.sampled_from([1.0, 0.3])
-    ),
+    st.tuples(st.permutations(range(ROBOTS)), st.floats(1e-3, 1.0), ANGLES, SHARES),
 )
 STORIES = st.lists(st.one_of(MOVES, FIXES, SIGHTS, SIGHTS), min_size=1, max_size=30)
 PLACES = arrays(np.float64, (ROBOTS, 3), elements=st.floats(-1.0, 1.0))
@@ -516,53 +425,17 @@ def test_whatever_happens_a_covariance_stays_one(places, story):
             assert least_eigenvalue(P) >= -1e-12 * np.linalg.norm(P, 2)
 
 
-@pytest.mark.parametrize(
-    ("measured", "expected", "dy", "found"),
-    [
-        (3.1, -3.1, -0.1, 3.1),
-        (-3.0, 3.1, 0.1, -3.1),
-        (3.1, -3.1, -1.0, -3.1),
-        (0.5, 0.4, 0.2, 0.4),
-        (-0.2, 0.4, 0.2, -0.4),
-        (0.0, 0.4, 0.2, -0.4),
-    ],
-)
-def test_the_authors_turn_the_sign_of_an_expected_bearing_if_that_is_nearer(
-    measured, expected, dy, found
-):
-    assert authors_bearing(measured, expected, dy) == found
-
-
-def alone(s, i, j, sighting, g=1.0):
-    """Correct robot i alone, from what all have said; the global direction it goes by."""
+def test_the_authors_filter_corrects_the_one_who_sees_by_its_half_of_the_joint_filter():
+    s = swarm(np.random.default_rng(12), numbers=AUTHORS, kind=AuthorsMind)
+    s["pose"][:2] = [[0.1, 0.0, 0.3], [0.5, 0.3, -1.0]]
     crowd, shared = s["crowd"], s["shared"]
-    crowd.exchange.weight[i] = g
+    crowd.exchange.weight[0] = 1.0
     crowd.said[:] = crowd.belief
     shared[:, :, 1 - FACTOR] = shared[:, :, FACTOR]
-    correct_one(crowd, shared, i, j, sighting, s["numbers"])
-    return slipped_direction(crowd[i], float(sighting.bearing))
-
-
-def towards(s, i, far, direction):
-    """A sight in a global direction, of a robot whose compass says zero."""
-    return sight(far, wrap(direction + s["pose"][i, 2]))
-
-
-def kept(s):
-    return {name: s[name].copy() for name in ("pose", "P", "factors")}
-
-
-def authors_swarm(seed):
-    s = swarm(np.random.default_rng(seed), numbers=AUTHORS, kind=AuthorsMind)
-    s["pose"][:2] = [[0.1, 0.0, 0.3], [0.5, 0.3, -1.0]]
-    return s
-
-
-def test_the_authors_filter_corrects_the_one_who_sees_by_its_half_of_the_joint_filter():
-    s = authors_swarm(12)
-    before = kept(s)
-    sighting = towards(s, 0, 0.55, math.atan2(0.3, 0.4) + 0.1)
-    direction = alone(s, 0, 1, sighting)
+    before = {name: s[name].copy() for name in ("pose", "P", "factors")}
+    sighting = sight(0.55, wrap(math.atan2(0.3, 0.4) + 0.1 + s["pose"][0, 2]))
+    correct_one(crowd, shared, 0, 1, sighting, s["numbers"])
+    direction = slipped_direction(crowd[0], float(sighting.bearing))
     d, r = np.array([0.4, 0.3]), 0.5
     G = np.zeros((2, 6))  # noqa: N806 as in the paper
     G[0, [0, 1, 3, 4]] = [*(-d / r), *(d / r)]

@@ -40,14 +40,6 @@ class Constant:
         return np.tile(np.array(self.wheels, np.float32), (len(situation.goal), 1))
 
 
-def assert_same(one, other):
-    """Assert that all robots are in the same place and believe and tell the same."""
-    np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
-    mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
-    for name in ("belief", "message", "situation"):
-        np.testing.assert_array_equal(mine[name], theirs[name], err_msg=name)
-
-
 @pytest.mark.parametrize("physics", ENGINES)
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(physics, threads):
@@ -56,40 +48,32 @@ def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(physics, threads):
     one, other = (
         Loop(busy(), controller, [0, 1, 2], physics, threads) for controller in (compiled, rule)
     )
-    for _ in range(TICKS):
-        one.step()
-        other.step()
-    assert_same(one, other)
-    assert one.controller.minds["estimator"]["exchange"]["weight"].any()
+    one.run(TICKS)
+    other.run(TICKS)
+    np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
+    mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
+    for name in ("belief", "message", "situation"):
+        np.testing.assert_array_equal(mine[name], theirs[name], err_msg=name)
+    assert mine["exchange"]["weight"].any()
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-def test_a_motion_from_outside_is_handed_to_the_wheels_as_it_is(physics):
+def test_a_motion_from_outside_is_handed_to_the_wheels_unless_a_learner_goes_before(physics):
     motion = Constant()
     controller = replace(CONTROLLERS["dsgikf"], motion=motion)
     loop = Loop(busy(), controller, [4, 5], physics)
-    for _ in range(20):
-        loop.step()
-        wheels = loop.world.state.command.wheels
-        np.testing.assert_array_equal(wheels, np.tile(np.float32(Constant.wheels), (20, 1)))
-    assert motion.asked == 20
-    assert motion.resets == [(0, 4), (1, 5)]
-    loop.reset([6, 7])
-    assert motion.resets[2:] == [(0, 6), (1, 7)]
-
-
-def test_a_learner_goes_before_a_rule_and_the_rule_acts_for_the_others():
-    controller = replace(CONTROLLERS["dsgikf"], motion=Constant())
-    loop = Loop(busy(), controller, [0], "kinematic")
-    action = loop.world.state.action
+    action, command = loop.world.state.action, loop.world.state.command
     action.motion[0], action.wheels[0] = REPLACE, -0.5
     loop.step()
-    assert loop.world.state.command.wheels[0].tolist() == [-0.5, -0.5]
-    assert np.all(loop.world.state.command.wheels[1:] == np.float32(Constant.wheels))
-    assert action.motion.tolist() == [REPLACE] + [RULE] * 9
+    assert command.wheels[0].tolist() == [-0.5, -0.5]
+    assert np.all(command.wheels[1:] == np.float32(Constant.wheels))
+    assert action.motion.tolist() == [REPLACE] + [RULE] * 19
     action.motion[0] = KEEP
-    loop.step()
-    assert np.all(loop.world.state.command.wheels == np.float32(Constant.wheels))
+    loop.run(19)
+    assert np.all(command.wheels == np.float32(Constant.wheels))
+    assert motion.asked == 20
+    loop.reset([6, 7])
+    assert motion.resets == [(0, 4), (1, 5), (0, 6), (1, 7)]
 
 
 def test_a_correction_is_added_to_the_wheels_of_the_layer_and_not_to_who_talks():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from baselines.estimators.reputation_odometry import (
-    NEVER,
     ReputationMind,
     ReputationOdometryParameters,
     describe_teller,
@@ -95,28 +94,9 @@ def test_the_exchange_shows_the_past_of_the_teller_and_of_who_told_the_same(robo
 
 
 WIDE = one_record({"slack": 0.25, "drift": 0.125, "sure_within": 4.0, "remembers_within": 12.0})[0]
-"""Numbers whose sums are exact, so that an edge can be met."""
-
-BEYOND = 1e-6
-"""A little farther [m]."""
 
 
-@pytest.mark.parametrize(("path", "width"), [(0.0, 0.25), (2.0, 0.5), (12.0, 1.75)])
-@pytest.mark.parametrize("area", [NEST, PREY])
-def test_what_lies_on_the_edge_of_what_may_be_is_right(robot, path, width, area):
-    other = 1 - area
-    for teller, off in ((1, width), (2, width + BEYOND), (3, -width), (4, -width - BEYOND)):
-        robot.hear(teller, (off, 0.0), area)
-    robot.reputation["path"] += path
-    judge_all(robot.reputation, robot.belief, other, True, WIDE)
-    assert [robot.counts(k) for k in range(5)] == [(0.0, 0.0)] * 5, "nothing is told of it"
-    judge_all(robot.reputation, robot.belief, area, True, WIDE)
-    right, wrong = (1.0, 0.0), (0.0, 1.0)
-    assert [robot.counts(k) for k in range(5)] == [(0.0, 0.0), right, wrong, right, wrong]
-    assert not robot.reputation["is_open"].any()
-
-
-@pytest.mark.parametrize(("path", "is_found_out"), [(12.0, True), (12.0 + BEYOND, False)])
+@pytest.mark.parametrize(("path", "is_found_out"), [(12.0, True), (12.1, False)])
 def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_found_out):
     robot.hear(1, (0.5, 0.0)).hear(2, (9.0, 0.0))
     robot.reputation["path"] += path
@@ -133,9 +113,8 @@ def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_fo
 
 @pytest.mark.parametrize(
     ("visited", "own_p", "heard_p", "off", "counts"),
-    [(1, 4.0, 2.0, 1.0, (1.0, 0.0)), (1, 4.0, 2.0, 1.0 + BEYOND, (0.0, 1.0)),
-     (1, 4.0 + BEYOND, 2.0, 9.0, (0.0, 0.0)), (1, 0.0, 0.0, 0.25, (1.0, 0.0)),
-     (1, 0.0, 0.0, 0.25 + BEYOND, (0.0, 1.0)), (0, 1.0, 0.0, 2.0, (0.0, 0.0))],
+    [(1, 4.0, 2.0, 0.9, (1.0, 0.0)), (1, 4.0, 2.0, 1.1, (0.0, 1.0)),  # wide by 0.25 + 0.125 * 6
+     (1, 4.1, 2.0, 9.0, (0.0, 0.0)), (0, 1.0, 0.0, 2.0, (0.0, 0.0))],
 )  # fmt: skip
 def test_a_robot_that_was_there_lately_judges_at_once_by_both_paths(
     robot, visited, own_p, heard_p, off, counts
@@ -149,15 +128,6 @@ def test_a_robot_that_was_there_lately_judges_at_once_by_both_paths(
     assert robot.counts(2) == counts
     assert robot.reputation["place"][2, NEST].tolist() == pytest.approx([1.0, 2.0 + off])
     assert robot.reputation["is_open"][2, NEST] == (counts == (0.0, 0.0))
-
-
-@pytest.mark.parametrize(("weight", "is_known"), [(0.49, 0), (0.5, 1), (0.51, 1)])
-def test_a_place_of_an_unknown_area_is_copied_from_one_half_on(robot, weight, is_known):
-    robot.hear(1, (1.0, 0.0), p=2.0)
-    robot.exchange["weight"] = weight
-    merge(robot.mind, np.zeros((1, 0)), 1.0, NUMBERS)
-    assert robot.belief["known"].tolist() == [is_known, 0]
-    assert robot.belief["p"][NEST] == 2.0 * is_known
 
 
 def test_the_weighting_is_asked_about_unknown_areas_only_if_it_is_to_weigh_them():
@@ -178,20 +148,3 @@ def test_without_that_it_is_sceptical_odometry_bit_for_bit():
             loop.step()
         found.append(loop.world.robots["pose"].copy())
     np.testing.assert_array_equal(*found)
-
-
-def test_liars_are_found_out_and_sound_robots_are_trusted():
-    numbers = {"faults.liar.share": 0.2, "task.duration": 900.0}
-    controller = find_controller("reputation_odometry+validation_gate+subsumption:pause=5")
-    loop = Loop(find_scenario("es1", numbers), controller, range(4), "kinematic")
-    for _ in range(9000):
-        loop.step()
-    liars = loop.world.faults["kinds"].any(axis=2)
-    reputation = loop.controller.minds["estimator"]["reputation"]
-    sound = ~liars[:, :, None] & ~np.eye(10, dtype=bool)
-    of_liars = sound & liars[:, None, :]
-    of_sound = sound & ~liars[:, None, :]
-    right, wrong = reputation["right"], reputation["wrong"]
-    assert wrong[of_liars].sum() > 5.0 * right[of_liars].sum()
-    assert right[of_sound].sum() > 5.0 * wrong[of_sound].sum()
-    assert (reputation["told_at"] == NEVER).any()

@@ -4,8 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import stats
 
 from baselines.motion.subsumption import (
@@ -20,9 +18,7 @@ from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.equations.random_draws import GOLDEN, symmetric
 from swarm_forage_env.foraging.records import Situation
-from swarm_forage_env.loop import Loop
-from swarm_forage_env.random_streams import NoiseSource, streams
-from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.random_streams import streams
 from swarm_forage_env.scenarios import find_scenario
 
 SECTOR = math.radians(100.0)
@@ -39,37 +35,24 @@ def steer_all(situations, readings, heard, wheels, courses, numbers):
 class Walkers:
     """Robots that subsumption moves, told tick by tick what they see and believe."""
 
-    def __init__(self, numbers_of, rows, seed, parameters):
-        scenario = find_scenario("es1", {"n_robots": 1})
-        chosen = SubsumptionParameters(**{"gap": 0.04, "hold": 0.5, **parameters})
-        layer = chosen.layer(scenario)
+    def __init__(self, numbers_of, rows, **parameters):
+        layer = SubsumptionParameters(gap=0.04, hold=0.5, **parameters).layer(find_scenario("es1"))
         self.courses = layer.memory.array((rows,)).view(np.recarray)
-        self.courses.stream[:, 0] = streams(range(seed, seed + rows), 1, layer.noise)
+        self.courses.stream[:, 0] = streams(range(rows), 1, layer.noise)
         self._situation = Situation.array((rows,)).view(np.recarray)
         self._readings = Readings.array((rows,)).view(np.recarray)
         self._heard = Heard.array((rows,), slots=4)
         self._wheels = np.zeros((rows, 2), np.float32)
         self._numbers = numbers_of(layer.numbers)
 
-    def __call__(self, goal=-1, target=0.0, proximity=0.0, talking=False):
-        """The wheels of every robot in a tick."""
-        self._situation.goal[:], self._situation.target[:] = np.eye(3)[goal], target
-        self._situation.is_talking[:] = talking
+    def __call__(self, proximity=0.0):
+        """The wheels of every robot, which has no goal, in a tick."""
+        self._situation.goal[:] = np.eye(3)[-1]
         self._readings.proximity[:] = proximity
         steer_all(
             self._situation, self._readings, self._heard, self._wheels, self.courses, self._numbers
         )
         return self._wheels.copy()
-
-
-@pytest.fixture
-def motion(numbers_of):
-    """The motion of so many robots, each of its own seed."""
-
-    def start(rows=1, seed=0, **parameters):
-        return Walkers(numbers_of, rows, seed, parameters)
-
-    return start
 
 
 @pytest.mark.parametrize(
@@ -87,40 +70,27 @@ def test_wheels_worked_by_hand(angle, creep, wheels):
     assert wheels_towards(angle, creep) == pytest.approx(wheels)
 
 
-@given(st.floats(-math.pi, math.pi), st.floats(0.0, 1.0))
-def test_steering_stays_within_the_wheels_turns_the_right_way_and_is_symmetric(angle, creep):
-    left, right = wheels_towards(angle, creep)
-    assert max(abs(left), abs(right)) <= 1.0
-    assert (right - left) * angle >= 0.0
-    assert left + right >= -1e-12
-    assert wheels_towards(-angle, creep) == pytest.approx((right, left))
-
-
-def seen(**sensors):
-    reading = np.zeros(8, np.float32)
-    for name, value in sensors.items():
-        reading[globals()[name.upper()]] = value
-    return reading
+def seen(readings):
+    """Proximity, by sensor."""
+    return np.array([readings.get(sensor, 0.0) for sensor in range(8)], np.float32)
 
 
 @pytest.mark.parametrize(
-    ("reading", "bearing"),
+    ("readings", "bearing_deg"),
     [
-        (seen(front_left=0.5, front_right=0.5), 0.0),
-        (seen(left=0.9), math.pi / 2),
-        (seen(right=0.9), -math.pi / 2),
-        (seen(front_right=0.4), math.radians(-17.0)),
-        (seen(left=0.5, right=0.5, front_left=0.1), math.radians(17.0)),
-        (seen(front_left=0.5, back=1.0), math.radians(17.0)),
+        ({FRONT_LEFT: 0.5, FRONT_RIGHT: 0.5}, 0.0), ({LEFT: 0.9}, 90.0), ({RIGHT: 0.9}, -90.0),
+        ({FRONT_RIGHT: 0.4}, -17.0), ({LEFT: 0.5, RIGHT: 0.5, FRONT_LEFT: 0.1}, 17.0),
+        ({FRONT_LEFT: 0.5, BACK: 1.0}, 17.0),
     ],
-)
-def test_the_bearing_of_an_obstacle_is_that_of_the_vector_sum(reading, bearing):
-    assert obstacle(reading, 0.05, SECTOR) == pytest.approx((True, bearing), abs=1e-6)
+)  # fmt: skip
+def test_the_bearing_of_an_obstacle_is_that_of_the_vector_sum(readings, bearing_deg):
+    found = obstacle(seen(readings), 0.05, SECTOR)
+    assert found == pytest.approx((True, math.radians(bearing_deg)), abs=1e-6)
 
 
-@pytest.mark.parametrize("reading", [seen(), seen(back=1.0), seen(front_left=0.05)])
-def test_what_is_weak_or_behind_is_no_obstacle(reading):
-    assert obstacle(reading, 0.06, SECTOR) == (False, 0.0)
+@pytest.mark.parametrize("readings", [{}, {BACK: 1.0}, {FRONT_LEFT: 0.05}])
+def test_what_is_weak_or_behind_is_no_obstacle(readings):
+    assert obstacle(seen(readings), 0.06, SECTOR) == (False, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -134,17 +104,16 @@ def test_the_way_round_keeps_right_unless_the_obstacle_is_there(bearing, course)
     )
 
 
-def test_the_literal_rule_turns_opposite_to_the_obstacle(motion):
+def test_the_literal_rule_turns_opposite_to_the_obstacle(numbers_of):
     # TR 5.1
-    wheels = motion(avoidance="literal")(proximity=seen(front_left=0.5))
-    np.testing.assert_allclose(
-        wheels[0], wheels_towards(math.radians(17.0 - 180.0), 0.15), rtol=1e-6
-    )
+    (wheels,) = Walkers(numbers_of, 1, avoidance="literal")(seen({FRONT_LEFT: 0.5}))
+    opposite = wheels_towards(math.radians(17.0 - 180.0), 0.15)
+    np.testing.assert_allclose(wheels, opposite, rtol=1e-6)
 
 
-def test_without_a_goal_robots_run_straight_and_turn_to_any_direction(motion):
+def test_without_a_goal_robots_run_straight_and_turn_to_any_direction(numbers_of):
     rows, ticks, mean = 200, 600, 0.3
-    run, turns = motion(rows, mean_run=mean), []
+    run, turns = Walkers(numbers_of, rows, mean_run=mean), []
     for _ in range(ticks):
         before = run.courses.stream[:, 0].copy()
         run()
@@ -154,24 +123,3 @@ def test_without_a_goal_robots_run_straight_and_turn_to_any_direction(motion):
     path = find_scenario("es1").robot.cruise_speed * 0.1 * ticks * rows
     assert path / (len(turns) - rows) == pytest.approx(mean, rel=0.05)
     assert stats.kstest(turns, stats.uniform(-math.pi, 2.0 * math.pi).cdf).pvalue > 1e-4
-
-
-def test_each_robot_walks_its_own_way_and_the_same_from_the_same_seed(motion):
-    first, again, other = (motion(5, seed=seed) for seed in (3, 3, 9))
-    walks = [np.array([run() for _ in range(100)]) for run in (first, again, other)]
-    assert len({walk.tobytes() for walk in walks[0].transpose(1, 0, 2)}) == 5
-    np.testing.assert_array_equal(walks[0], walks[1])
-    assert not np.array_equal(walks[0], walks[2])
-
-
-def test_only_the_world_that_is_reset_starts_its_walks_again():
-    loop = Loop(find_scenario("es1"), CONTROLLERS["nc"], [3, 4], "kinematic")
-    for _ in range(50):
-        loop.step()
-    courses = loop.controller.minds["motion"]
-    before = courses.copy()
-    loop.controller.reset(1, 2, [9])
-    np.testing.assert_array_equal(courses[0], before[0])
-    fresh = Loop(find_scenario("es1"), CONTROLLERS["nc"], [9], "kinematic")
-    np.testing.assert_array_equal(courses[1], fresh.controller.minds["motion"][0])
-    np.testing.assert_array_equal(courses["stream"][1, :, 0], streams([9], 10, NoiseSource.WANDER))

@@ -90,32 +90,6 @@ def episode():
 
 
 @pytest.fixture
-def measures():
-    """What the bench may have found."""
-    from baselines.evaluation.bench.cases import all_cases
-    from baselines.evaluation.bench.speed import SHARES
-    from baselines.evaluation.bench.tables import check
-
-    speeds = {"rigid": 1e6, "kinematic": 1e6, "bare_pymunk": 2e6, "rigid_over_bare": 2.0}
-    cases = [{"case": case.name, "rows": case.rows, **speeds} for case in all_cases()]
-    shares = dict.fromkeys(SHARES, 1.0 / len(SHARES))
-    found = {
-        "quick": True,
-        "machine": {"python": "3.11", "cores": 2},
-        "speeds": cases,
-        "stages": [{"case": "es1 x 30", "physics": "kinematic", "shares": shares}],
-        "threads": [
-            {"physics": "kinematic", "threads": 2, "gain": 1.8},
-            {"physics": "rigid", "threads": 2, "gain": 1.2},
-        ],
-        "start_up_s": {"import": 0.2, "help": 0.5, "list": 3.0},
-        "memory": {"ticks": 1000, "peak_mb": 200.0, "growth_mb": 0.0},
-        "peak_memory_mb": 300.0,
-    }
-    return found | {"budgets": check(found)}
-
-
-@pytest.fixture
 def texts_at_fault():
     """The texts of a figure that lie on each other or outside of the page."""
 

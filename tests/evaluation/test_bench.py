@@ -1,23 +1,20 @@
 """The bench measures what it says, on small worlds."""
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pymunk
 import pytest
 
-from baselines.cli import run
-from baselines.evaluation.bench import speed
+from baselines.evaluation.bench import measures, speed
 from baselines.evaluation.bench.cases import (
-    Case,
     all_cases,
     enlarged,
     uniform_poses,
 )
+from baselines.evaluation.bench.measures import memory_growth, seconds
 from baselines.evaluation.bench.speed import (
     SHARES,
     bare_pymunk,
@@ -26,6 +23,7 @@ from baselines.evaluation.bench.speed import (
     stage_shares,
     thread_gain,
 )
+from baselines.evaluation.bench.tables import check
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -65,22 +63,6 @@ def clock(monkeypatch):
     return Clock(monkeypatch)
 
 
-@dataclass(frozen=True)
-class Clocked(Case):
-    """A case whose ticks take what a function of engine and threads says, on a clock."""
-
-    tick_of: Callable[..., Any] = None
-
-    def tick(self, physics, quick, threads=1):
-        return self.tick_of(physics, quick, threads)
-
-
-@pytest.fixture
-def clocked(case):
-    """Make a case of two worlds of es1 whose ticks a function makes."""
-    return lambda tick_of: Clocked(case.name, case.scenario, 2, tick_of=tick_of)
-
-
 @pytest.mark.parametrize("quick", [True, False])
 def test_the_time_of_a_tick_is_its_time(clock, quick):
     assert seconds_per_tick(clock.tick(0.001), quick) == pytest.approx(0.001)
@@ -94,27 +76,19 @@ def test_a_hiccup_does_not_count(clock):
     assert seconds_per_tick(clock.tick(*first, *hiccup, 0.01), quick=True) == pytest.approx(0.01)
 
 
-def test_speeds_are_robot_steps_a_second(clock, clocked, monkeypatch):
-    asked, lengths = [], {"rigid": 0.004, "kinematic": 0.001}
+def test_speeds_are_robot_steps_a_second_and_threads_gain_time(clock, monkeypatch):
+    lengths = {("rigid", 1): 0.004, ("kinematic", 1): 0.001, ("rigid", 2): 0.0025}
 
-    def tick_of(physics, quick, threads):
-        asked.append((physics, quick, threads))
-        return clock.tick(lengths[physics])
+    def tick(physics, quick, threads=1):
+        return clock.tick(lengths[physics, threads])
 
+    case = SimpleNamespace(name="two", rows=20, robot_steps=20, n_ticks=1, tick=tick)
     monkeypatch.setattr(speed, "bare_pymunk", lambda case: clock.tick(0.002))
-    speeds = case_speeds(clocked(tick_of), quick=True)
-    assert asked == [("rigid", True, 1), ("kinematic", True, 1)]
-    assert speeds["rows"] == 20
-    assert speeds["rigid"] == pytest.approx(20 / 0.004)
-    assert speeds["kinematic"] == pytest.approx(20 / 0.001)
-    assert speeds["bare_pymunk"] == pytest.approx(20 / 0.002)
-    assert speeds["rigid_over_bare"] == pytest.approx(2.0)
-
-
-def test_what_threads_gain_is_the_time_on_one_over_that_on_several(clock, clocked):
-    lengths = {("kinematic", 1): 0.004, ("kinematic", 2): 0.0025, ("rigid", 1): 1.0}
-    timed = clocked(lambda physics, quick, threads: clock.tick(lengths[physics, threads]))
-    assert thread_gain(timed, "kinematic", 2, quick=True) == pytest.approx(1.6)
+    assert case_speeds(case, quick=True) == pytest.approx({
+        "case": "two", "rows": 20, "rigid": 20 / 0.004, "kinematic": 20 / 0.001,
+        "bare_pymunk": 20 / 0.002, "rigid_over_bare": 2.0,
+    })  # fmt: skip
+    assert thread_gain(case, "rigid", 2, quick=True) == pytest.approx(1.6)
 
 
 @pytest.mark.parametrize("physics", ["rigid", "kinematic"])
@@ -164,27 +138,63 @@ def test_spread_robots_stand_inside_and_apart(name):
         assert apart.min() >= 2.0 * radius
 
 
-def test_budgets_are_met_from_their_right_side(measures):
-    verdict = {each["what"]: each["is_met"] for each in measures["budgets"]}
-    assert verdict["es3, rigid"]
-    assert not verdict["es3, kinematic"]
-    assert verdict["es1, dicts, rigid"]
-    assert verdict["2 threads : 1, kinematic"]
-    assert not verdict["2 threads : 1, rigid"]
-    assert verdict["import swarm_forage_env"]
-    assert not verdict["swarm-forage list"]
-    assert verdict["memory growth, 1,000 ticks"]
+@pytest.fixture
+def found():
+    """What the bench may have found."""
+    speeds = {"rigid": 1e6, "kinematic": 1e6, "bare_pymunk": 2e6, "rigid_over_bare": 2.0}
+    found = {
+        "quick": True,
+        "machine": {"python": "3.11", "cores": 2},
+        "speeds": [{"case": case.name, "rows": case.rows, **speeds} for case in all_cases()],
+        "stages": [{"case": "es1 x 30", "physics": "kinematic",
+                    "shares": dict.fromkeys(SHARES, 1.0 / len(SHARES))}],
+        "threads": [{"physics": physics, "threads": 2, "gain": gain}
+                    for physics, gain in (("kinematic", 1.8), ("rigid", 1.2))],
+        "start_up_s": {"import": 0.2, "help": 0.5, "list": 3.0},
+        "memory": {"ticks": 1000, "peak_mb": 200.0, "growth_mb": 0.0},
+        "peak_memory_mb": 300.0,
+    }  # fmt: skip
+    return found | {"budgets": check(found)}
 
 
-@pytest.mark.parametrize("form", ["table", "json"])
-def test_the_command_tells_what_was_found(measures, monkeypatch, capsys, form):
-    monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr("baselines.evaluation.bench.measures.measure", lambda *_: measures)
-    assert run(["bench", "--quick", f"--format={form}"]) == 0
-    stdout, stderr = capsys.readouterr()
-    assert stderr == ""
-    if form == "json":
-        assert json.loads(stdout) == measures
-    else:
-        assert "missed by 67%" in stdout
-        assert max(map(len, stdout.splitlines())) <= 80
+def test_budgets_are_met_from_their_right_side(found):
+    met = {each["what"] for each in found["budgets"] if each["is_met"]}
+    missed = {each["what"] for each in found["budgets"]} - met
+    assert {"es3, rigid", "es1, dicts, rigid", "2 threads : 1, kinematic",
+            "import swarm_forage_env", "memory growth, 1,000 ticks"} <= met  # fmt: skip
+    assert {"es3, kinematic", "2 threads : 1, rigid", "swarm-forage list"} <= missed
+
+
+def test_the_command_tells_what_was_found(found, monkeypatch, command):
+    monkeypatch.setattr(measures, "measure", lambda *_: found)
+    status, stdout, stderr = command("bench", "--quick", "--format=json")
+    assert (status, json.loads(stdout), stderr) == (0, found, "")
+    _, stdout, _ = command("bench", "--quick")
+    assert "missed by 67%" in stdout
+    assert max(map(len, stdout.splitlines())) <= 80
+
+
+def test_start_up_is_that_of_new_processes():
+    assert 0.0 < seconds("pass", repeats=1) < seconds("import time; time.sleep(1)", repeats=1)
+
+
+LEAK = """
+import json, sys
+from baselines.evaluation.bench.measures import peak_memory
+before = peak_memory()
+kept = b"x" * int(sys.argv[1]) * 2**20
+print(json.dumps([before, peak_memory()]))
+"""
+
+
+def test_memory_that_grows_is_seen(monkeypatch):
+    monkeypatch.setattr(measures, "LONG_RUN", LEAK)
+    peak, growth = memory_growth(100)
+    assert growth == pytest.approx(100.0, abs=10.0)
+    assert peak > growth
+
+
+def test_memory_does_not_grow_with_the_ticks():
+    peak, growth = memory_growth(200)
+    assert peak > 10.0
+    assert 0.0 <= growth < 5.0

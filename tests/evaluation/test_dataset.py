@@ -28,21 +28,8 @@ def file(dataset, configuration, episode):
 def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episode):
     assert dataset.find(configuration, 3) == episode
     assert dataset.find(configuration, 4) is None
-
-
-def test_one_file_of_two_names_is_called_by_the_last(dataset, configure, episode):
-    (kept,) = {dataset.place(configure(name), 3) for name in ("ssgiff", "ssgiff:beta=0.01")}
-    for name in ("ssgiff:beta=0.01", "ssgiff", "ssgiff:beta=1e-2"):
-        dataset.keep(configure(name), [episode])
-        for asked in ("ssgiff", "ssgiff:beta=0.01"):
-            assert dataset.find(configure(asked), 3) == replace(episode, controller=name)
-        assert pq.read_schema(kept).names == schema(FORAGING_EPISODE).names
-
-
-def test_a_file_is_where_readers_of_hive_partitions_look(dataset, configuration, file):
-    inside = file.relative_to(dataset.folder)
-    assert inside.parts[:2] == ("scenario=es1", "controller=ssgikf")
-    assert inside.name == f"{configuration.key}-seed00000003.parquet"
+    place = f"scenario=es1/controller=ssgikf/{configuration.key}-seed00000003.parquet"
+    assert file == dataset.folder / place, "where readers of Hive partitions look"
 
 
 def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
@@ -54,28 +41,21 @@ def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
     assert dataset.place(configuration, 3).resolve().is_relative_to(dataset.folder.resolve())
 
 
-def test_pyarrow_reads_the_folder_as_one_table(dataset, configure, file, episode):
+def test_pyarrow_polars_and_duckdb_read_the_folder_as_one_table(dataset, configure, file, episode):
     dataset.keep(configure("ssgiff:beta=0.02"), [replace(episode, seed=9)])
-    table = pq.read_table(dataset.folder).sort_by("seed")
+    table = pq.read_table(dataset.folder)
     assert set(table.column_names) == {*schema(FORAGING_EPISODE).names, "scenario", "controller"}
-    columns = table.to_pydict()
-    assert columns["controller"] == ["ssgikf", "ssgiff"]
-    assert columns["seed"] == [3, 9]
-    assert columns["recruitment_time_s"] == [None, None]
-    assert columns["parameters"] == ["{}", '{"weighting.beta": 0.02}']
-    assert set(columns["overrides"]) == {'{"task.duration": 20.0}'}
-
-
-def test_polars_and_duckdb_read_the_folder_as_one_table(dataset, configure, file, episode):
-    dataset.keep(configure("nc"), [episode])
     files = str(dataset.folder / "**/*.parquet")
-    tables = (
-        polars.read_parquet(files, hive_partitioning=True),
-        duckdb.sql(f"select * from '{files}'").pl(),
-    )
-    for table in tables:
-        assert sorted(table["controller"].to_list()) == ["nc", "ssgikf"]
-        assert table["round_trips"].to_list() == [12, 12]
+    for columns in (
+        table.sort_by("seed").to_pydict(),
+        polars.read_parquet(files, hive_partitioning=True).sort("seed").to_dict(as_series=False),
+        duckdb.sql(f"select * from '{files}' order by seed").pl().to_dict(as_series=False),
+    ):
+        assert columns["controller"] == ["ssgikf", "ssgiff"]
+        assert columns["seed"] == [3, 9]
+        assert columns["recruitment_time_s"] == [None, None]
+        assert columns["parameters"] == ["{}", '{"weighting.beta": 0.02}']
+        assert set(columns["overrides"]) == {'{"task.duration": 20.0}'}
 
 
 def flipped(content, row):

@@ -6,9 +6,6 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from baselines.evaluation.box_plots import box_panels
-from baselines.evaluation.figure_page import Caption
-from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, style_of, styles_of
 
 README = (
@@ -82,12 +79,3 @@ def test_what_is_no_controller_is_numbered():
     styles = [nth_style(number) for number in range(10)]
     assert len({style.colour for style in styles}) == 10
     assert all(one.marker != other.marker for one, other in pairwise(styles))
-
-
-def test_boxes_and_lines_of_a_controller_have_the_same_colour():
-    boxes = box_panels({"es1": {"dsgiff": {"": [1.0, 2.0, 3.0]}}}, ("", "trips"), Caption())
-    x = np.array([1.0, 2.0])
-    lines = mean_panels({"es1": {"dsgiff:beta=1": Means(x, x, x, x)}}, ("x", "y"), Caption())
-    fill = boxes.axes[0].patches[0].get_facecolor()
-    line = lines.axes[0].containers[0].lines[0].get_color()
-    assert mpl.colors.to_hex(fill) == mpl.colors.to_hex(line) == style_of("dsgiff").colour.lower()

@@ -5,9 +5,11 @@ from dataclasses import replace
 import pyarrow.parquet as pq
 import pytest
 
+from baselines.evaluation import runner
 from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset_reader import read_groups
-from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate
+from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate, run_with_progress
+from swarm_forage_env import compiler
 from tests.evaluation.conftest import run, timeless
 
 
@@ -22,13 +24,16 @@ def refuse_to_run(monkeypatch):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_number_of_workers_changes_nothing(configure, new_dataset, workers):
+def test_the_number_of_workers_changes_nothing_and_results_are_in_the_order_asked_for(
+    configure, new_dataset, workers
+):
     configurations = [configure("nc"), configure("ssgikf")]
-    alone = evaluate(configurations, range(4), new_dataset("alone"))
-    spread = evaluate(configurations, range(4), new_dataset("spread"), JoblibBackend(workers))
+    seeds = [7, 3, 5, 2**40]
+    alone = evaluate(configurations, seeds, new_dataset("alone"))
+    spread = evaluate(configurations, seeds, new_dataset("spread"), JoblibBackend(workers))
     assert timeless(spread) == timeless(alone)
     assert [(each.controller, each.seed) for each in spread] == [
-        (name, seed) for name in ("nc", "ssgikf") for seed in range(4)
+        (name, seed) for name in ("nc", "ssgikf") for seed in seeds
     ]
 
 
@@ -48,12 +53,10 @@ def test_what_is_kept_is_not_run_again(configure, dataset, refuse_to_run):
 
 
 def test_one_configuration_under_two_names_runs_once(configure, dataset):
-    beta = configure("ssgiff").controller.parameters["weighting.beta"]
-    progress = []
-    both = configure("ssgiff"), configure(f"ssgiff:beta={beta}")
-    episodes = evaluate(both, range(2), dataset, progress=progress.append)
+    names, progress = ("ssgiff", "ssgiff:beta=0.01"), []
+    episodes = evaluate([*map(configure, names)], range(2), dataset, progress=progress.append)
     assert sum(progress) == 2
-    assert [each.controller for each in episodes] == ["ssgiff"] * 2 + [f"ssgiff:beta={beta}"] * 2
+    assert [each.controller for each in episodes] == [name for name in names for _ in range(2)]
 
 
 def test_what_is_kept_is_called_as_it_is_asked_for_now_and_stays_what_it_is(
@@ -96,15 +99,35 @@ def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
     assert max(sizes) - min(sizes) <= 1
 
 
-def test_results_stand_in_the_order_of_the_seeds_as_asked(dataset, configure, episode):
-    seeds = [7, 3, 5, 2**40]
-    both = configure("nc"), configure("ssgikf")
-    for configuration in both:
-        name = configuration.controller.name
-        kept = [replace(episode, seed=each, controller=name, round_trips=each) for each in seeds]
-        dataset.keep(configuration, kept)
-    plan = Plan(both, seeds, dataset)
-    assert plan.n_todo == 0
-    assert [(each.controller, each.seed) for each in plan.results()] == [
-        (name, seed) for name in ("nc", "ssgikf") for seed in seeds
-    ]
+def test_what_is_compiled_is_told_for_which_controller(configure, dataset, monkeypatch):
+    def compile_something(configuration):
+        for tell in compiler._listeners:
+            tell("tick")
+
+    monkeypatch.setattr(runner, "warm_up", compile_something)
+    told, plan = [], Plan([configure("nc"), configure("ssgikf")], range(3), dataset)
+    list(plan.run(JoblibBackend(), tell=told.append))
+    assert told == ["compiling 1 of 2, nc: tick", "compiling 2 of 2, ssgikf: tick", ""]
+
+
+def test_a_listener_is_told_of_an_entry_point_before_it_is_compiled(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(compiler, "announce", lambda: None)
+
+    def twice_and_three(x):
+        return 2 * x + 3
+
+    told = []
+    compiled = compiler.entry_point(twice_and_three)
+    with compiler.compiling_told(told.append):
+        compiled(1.0)
+        compiled(2.0)
+    assert told == ["twice_and_three"]
+    assert compiler._listeners == []
+
+
+def test_on_a_terminal_the_bar_ends_full(configure, dataset, monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    run_with_progress(Plan([configure("nc")], range(3), dataset), JoblibBackend())
+    assert "3/3" in capsys.readouterr().err

@@ -56,9 +56,6 @@ def test_one_seed_one_interval(interval, values):
 def test_one_value_and_equal_values_have_a_mean_and_no_interval(values):
     found = mean_interval(values)
     assert (found.value, found.interval, found.n) == (values[0], None, len(values))
-
-
-def test_no_values_have_no_mean():
     assert mean_interval([]) is None
 
 
@@ -89,13 +86,9 @@ def test_the_interval_of_a_ratio_holds_it():
     assert high - low < 0.15
 
 
-def test_a_base_of_zeros_has_no_ratio():
+def test_a_base_of_zeros_has_no_ratio_and_one_that_may_be_resampled_to_it_no_interval():
     found = compare([1.0, 2.0, 3.0], [0.0, 0.0, 0.0])
-    assert found.ratio is None
-    assert found.difference.value == 2.0
-
-
-def test_a_base_that_may_be_resampled_to_zero_has_a_ratio_without_interval():
+    assert (found.ratio, found.difference.value) == (None, 2.0)
     found = compare([1.0, 2.0, 3.0], [0.0, 0.0, 3.0])
     assert found.ratio.value == pytest.approx(2.0)
     assert found.ratio.interval is None
@@ -107,6 +100,7 @@ def test_the_interquartile_mean_leaves_out_a_quarter_at_either_end():
 
 
 def test_runs_are_resampled_within_their_task():
+    assert iqm_interval([]) is None
     apart = iqm_interval([[0.0] * 4, [1.0] * 4])
     assert (apart.value, apart.interval, apart.n) == (0.5, None, 8)
     mixed = iqm_interval([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0]])
@@ -114,12 +108,6 @@ def test_runs_are_resampled_within_their_task():
     assert mixed.interval[0] < 0.2 < 0.8 < mixed.interval[1]
     one_varies = iqm_interval([[0.0] * 4, [1.0, 1.2, 1.4, 1.6]])
     assert one_varies.interval[1] - one_varies.interval[0] < 0.3
-
-
-def test_an_interval_of_runs_needs_runs_that_differ():
-    assert iqm_interval([]) is None
-    assert iqm_interval([[3.0]]).interval is None
-    assert iqm_interval([[3.0], [4.0]]).value == 3.5
 
 
 def test_a_profile_is_the_share_of_runs_above_each_score():
@@ -138,10 +126,6 @@ def test_the_interval_of_a_profile_is_that_of_a_share_drawn_within_each_task():
     assert [low, high] == pytest.approx(found, abs=0.015)
     _, (low,), (high,) = performance_profile([[0.0] * 50, [1.0] * 50], [0.5])
     assert (low, high) == (0.5, 0.5), "as many of each task as there are"
-
-
-def test_an_interval_of_runs_lies_between_the_2_5th_and_the_97_5th_percentile():
-    assert middle(np.arange(1001.0)) == pytest.approx((25.0, 975.0))
 
 
 @pytest.mark.parametrize(

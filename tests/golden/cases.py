@@ -183,7 +183,7 @@ def _ticks(
     loop = readout.start(scenario, controller, SEEDS, physics, overrides)
     take(readout.readout(loop))
     for _ in range(n_ticks):
-        readout.advance(loop)
+        loop.step()
         take(readout.readout(loop))
     return readout.results(loop)
 

@@ -57,11 +57,6 @@ def start(
     return loop(world, found, seeds, physics)
 
 
-def advance(loop: Loop) -> None:
-    """One tick."""
-    loop.step()
-
-
 def readout(loop: Loop) -> Readout:
     """The readout of either world, after a tick or the reset."""
     if isinstance(loop, ForagingLoop):

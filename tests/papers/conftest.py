@@ -5,6 +5,7 @@ import pytest
 
 from baselines.evaluation import statistics
 from swarm_forage_env.foraging.episode import ForagingEpisode
+from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 
 @pytest.fixture(autouse=True)
@@ -53,8 +54,19 @@ def made_up():
     def make_up(paper, n_seeds=8):
         rng = np.random.default_rng(0)
         return {
-            experiment: episodes(experiment, rng.integers(50, 200, n_seeds).tolist())
+            experiment: waypoints(experiment, rng, n_seeds)
+            if experiment.scenario.startswith("waypoints")
+            else episodes(experiment, rng.integers(50, 200, n_seeds).tolist())
             for experiment in paper.experiments
         }
 
     return make_up
+
+
+def waypoints(experiment, rng, n_seeds):
+    """Episodes of robots that visit waypoints, whose numbers are drawn."""
+    about = experiment.scenario, experiment.controller
+    return [
+        WaypointEpisode(*about, seed, "kinematic", 10, 100.0, *rng.random(6), wall_s=0.0)
+        for seed in range(n_seeds)
+    ]

@@ -1,6 +1,7 @@
 """The claims on adaptive boids, and boids where robots forage."""
 
 import math
+import re
 from dataclasses import replace
 from itertools import product
 
@@ -26,7 +27,6 @@ from baselines.papers.adaptive_boids import (
     published,
 )
 from baselines.papers.claim_types import Order
-from baselines.papers.paper import PAPERS
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 EPISODE = WaypointEpisode(
@@ -71,64 +71,22 @@ def test_the_published_means_are_met_by_themselves_and_by_nothing_far_from_them(
     assert not together.judge(far).reproduced
 
 
-@pytest.mark.parametrize("name", ["adaptive-boids", "boids-foraging"])
-def test_every_experiment_of_a_paper_can_be_set_up(name):
-    for experiment in PAPERS[name]().experiments:
-        configuration = experiment.configuration(None)
-        assert configuration.controller.supports(configuration.scenario)
-
-
 def test_where_nobody_claims_a_goal_nothing_is_said_of_the_success():
     results = {
         experiment: [replace(each, success_rate=None) for each in trials]
         for experiment, trials in as_published().items()
     }
     told = [claim.judge(results) for claim in claims()]
-    silent = [each for each in told if each.ours is None]
-    assert not any(each.reproduced for each in silent)
-    assert any("root mean square" in each.claim for each in silent)
-    assert any(each.published == "> 1" for each in silent), "an order"
-    assert len(silent) < len(told)
+    silent = {each.claim for each in told if each.ours is None}
+    wanted = {each.claim for each in told if re.search("success|root mean square", each.claim)}
+    assert silent == wanted
+    assert not any(each.reproduced for each in told if each.ours is None)
 
 
 METRICS = {"covariance norm": COVARIANCE, "mean error [m]": ERROR, "goals per robot": GOALS,
            "success rate [%]": SUCCESS}  # fmt: skip
-
-
 NAMES = {"dead reckoning": "dead_reckoning", "covariance intersection": "covariance_intersection",
          "decentralised EKF": "decentralised_ekf"}  # fmt: skip
-
-
-ORDERS = """\
-covariance norm, dead reckoning: goal above static
-covariance norm, covariance intersection: goal above static
-covariance norm, decentralised EKF: goal above static
-covariance norm, dead reckoning: static above adaptive
-covariance norm, covariance intersection: static above adaptive
-covariance norm, decentralised EKF: static above adaptive
-mean error [m], dead reckoning: goal above static
-mean error [m], covariance intersection: goal above static
-mean error [m], decentralised EKF: goal above static
-mean error [m], dead reckoning: static above adaptive
-mean error [m], covariance intersection: static above adaptive
-goals per robot, dead reckoning: goal above adaptive
-goals per robot, covariance intersection: goal above adaptive
-goals per robot, decentralised EKF: goal above adaptive
-goals per robot, dead reckoning: adaptive above static
-goals per robot, covariance intersection: adaptive above static
-goals per robot, decentralised EKF: adaptive above static
-success rate [%], dead reckoning: adaptive above goal
-success rate [%], covariance intersection: adaptive above goal
-success rate [%], dead reckoning: adaptive above static
-success rate [%], covariance intersection: adaptive above static
-covariance norm: dead reckoning above covariance intersection
-covariance norm: covariance intersection above decentralised EKF
-mean error [m]: dead reckoning above covariance intersection
-mean error [m]: dead reckoning above decentralised EKF
-goals per robot: covariance intersection above dead reckoning
-goals per robot: decentralised EKF above dead reckoning
-success rate [%]: covariance intersection above decentralised EKF
-"""
 
 
 def test_the_measures_are_numbers_of_an_episode_the_success_in_per_cent():
@@ -137,12 +95,9 @@ def test_the_measures_are_numbers_of_an_episode_the_success_in_per_cent():
     assert math.isnan(SUCCESS(replace(EPISODE, success_rate=None)))
 
 
-@pytest.mark.parametrize("setting", ["authors", "corrected"])
-def test_each_order_holds_what_its_words_say_against_each_other(setting):
-    found = {each.text: each for each in claims() if isinstance(each, Order)}
-    for line in ORDERS.splitlines():
-        order = found[f"{setting}: {line}"]
-        what, _, sides = line.partition(": ")
+def test_each_order_holds_what_its_words_say_against_each_other():
+    for order in (each for each in claims() if isinstance(each, Order)):
+        setting, what, sides = order.text.split(": ")
         higher, lower = sides.split(" above ")
         words, _, estimator = what.partition(", ")
         if estimator:
@@ -156,7 +111,6 @@ def test_each_order_holds_what_its_words_say_against_each_other(setting):
             for size in SIZES
         )
         assert order.metric is METRICS[words]
-    assert len(found) == 2 * len(ORDERS.splitlines())
 
 
 def test_an_experiment_is_the_scenario_of_its_size_and_the_tolerance_of_the_paper():
@@ -170,10 +124,11 @@ def test_an_experiment_is_the_scenario_of_its_size_and_the_tolerance_of_the_pape
     assert boids_experiment("authors", "dead_reckoning", "goal", 50).settings == ()
 
 
-def mean_matches(errors):
+def mean_matches(errors, size=10):
     """A claim on a published mean, and trials so many standard errors of the paper's from it."""
-    claim = MeanMatches(("dead_reckoning", "goal", 10), ERROR)
-    mean, sd = published()["dead_reckoning", "goal", 10]["err"]
+    cell = "dead_reckoning", "goal", size
+    claim = MeanMatches(cell, ERROR)
+    mean, sd = published()[cell]["err"]
     value = mean + errors * sd / math.sqrt(100)
     return claim, {claim.experiments[0]: [replace(EPISODE, position_error_m=value)] * 4}
 
@@ -184,31 +139,19 @@ def mean_matches(errors):
 def test_a_published_mean_is_met_within_three_standard_errors(errors, met):
     claim, results = mean_matches(errors)
     assert claim.deviation(results) == pytest.approx(errors)
-    found = claim.judge(results)
-    assert (found.reproduced, found.published) == (met, 0.2095)
-    assert found.claim == "authors: mean error [m], dead reckoning, goal, 10 robots"
+    assert claim.judge(results).reproduced == met
 
 
-def test_a_deviation_of_no_trial_is_none_and_of_trials_that_vary_is_smaller():
-    assert math.isnan(deviation([], 1.0, 1.0))
+def test_a_deviation_of_trials_that_vary_is_smaller():
     assert deviation([1.0, 3.0, 1.0, 3.0], 1.0, 10.0) == pytest.approx(1.0 / math.hypot(1.0, 0.5))
-    assert deviation([1.0] * 4, 3.0, 10.0) == pytest.approx(-2.0)
 
 
-@pytest.mark.parametrize(
-    ("deviations", "reproduced"),
-    [((1.29, -1.29), True), ((1.31, -1.31), False), ((1.8, 0.0), True), ((1.9, 0.0), False)],
-)
-def test_the_root_mean_square_of_the_deviations_may_be_one_and_a_third(
-    monkeypatch, deviations, reproduced
-):
-    parts = tuple(MeanMatches(("dead_reckoning", "goal", size), ERROR) for size in (5, 10))
-    found = dict(zip((5, 10), deviations, strict=True))
-    monkeypatch.setattr(MeanMatches, "deviation", lambda part, _: found[part.cell[2]])
-    judged = AllMeansMatch(parts).judge({})
-    assert (judged.reproduced, judged.published) == (reproduced, "<= 1.3")
-    assert judged.ours == pytest.approx(math.hypot(*deviations) / math.sqrt(2.0))
-    assert (judged.low, judged.high) == (None, None)
+@pytest.mark.parametrize("errors", [(1.29, -1.29), (1.31, -1.31), (1.8, 0.0), (1.9, 0.0)])
+def test_the_root_mean_square_of_the_deviations_may_be_one_and_a_third(errors):
+    parts = [mean_matches(each, size) for each, size in zip(errors, (5, 10), strict=True)]
+    judged = AllMeansMatch(tuple(part for part, _ in parts)).judge(parts[0][1] | parts[1][1])
+    rms = math.hypot(*errors) / math.sqrt(2.0)
+    assert (judged.reproduced, judged.ours) == (rms <= 1.3, pytest.approx(rms))
 
 
 @pytest.mark.parametrize(
@@ -226,8 +169,7 @@ def test_who_is_off_by_the_side_of_the_world_has_diverged(numbers, n_lost):
     assert all("setting=corrected" in each.controller for each in claim.experiments)
 
 
-@pytest.mark.parametrize("number", [4, 5, 6, 7])
-@pytest.mark.parametrize("setting", ["authors", "corrected"])
+@pytest.mark.parametrize(("setting", "number"), [("authors", 4), ("corrected", 7)])
 def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, number, setting):
     monkeypatch.setattr(adaptive_boids, "mean_panels", lambda *arguments: arguments)
     (figure,) = (
@@ -257,7 +199,4 @@ def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, numbe
     assert axes == ("robots per m$^2$", measure.axis)
     assert one_y is True
     assert controllers == {rule: f"boids-{rule}" for rule in ("goal", "static", "adaptive")}
-    assert figure.name == f"boids{number}_{setting}"
-    assert caption.text.startswith(f"BOIDS Fig. {number}, setting {setting}. ")
-    assert ("Crosses" in caption.text) == (setting == "authors")
     assert "n = 2 trials each" in caption.note

@@ -17,7 +17,6 @@ from baselines.papers.experiments import (
 from baselines.papers.figures import (
     Boxes,
     Curves,
-    caption_of,
     controllers_of,
     recruitment_time_if_finished,
     time_of_each_robot,
@@ -82,38 +81,15 @@ def test_the_best_for_a_half_of_the_seeds_is_chosen_on_the_other_half(
     assert [each.round_trips for each in best.draw(results)] == drawn
 
 
-def paper(*experiments):
-    claims = [SimpleNamespace(experiments=(each,)) for each in experiments]
-    return Paper("name", "page", tuple(claims), (), 3, {})
-
-
 def test_a_paper_runs_each_experiment_once_and_those_of_most_robot_steps_first():
     """Robots times seconds: 600, 2,000, 1,000 and 500."""
     wanted = [
         Experiment("es1", "nc", (f"task.n_robots={n}", f"task.duration={seconds}"))
         for n, seconds in ((2, 300), (10, 200), (20, 50), (5, 100))
     ]
-    order = paper(*wanted, wanted[0]).experiments
+    claims = tuple(SimpleNamespace(experiments=(each,)) for each in (*wanted, wanted[0]))
+    order = Paper("name", "page", claims, (), 3, {}).experiments
     assert order == (wanted[1], wanted[2], wanted[0], wanted[3])
-
-
-def test_the_episodes_of_a_plan_are_shared_out_by_experiment():
-    plan = SimpleNamespace(by_configuration=lambda: [["a0", "a1"], ["b0", "b1"], ["c0", "c1"]])
-    assert results_of(plan, (A, B, C)) == {A: ["a0", "a1"], B: ["b0", "b1"], C: ["c0", "c1"]}
-    assert paper(A).table({}) == ""
-
-
-def test_a_caption_says_how_many_episodes_each_experiment_has(episodes):
-    boxes = Boxes("name", "Round trips.", ("", ""), {"es1": {"NC": {"": A}}})
-    found = caption_of(boxes, {A: episodes(A, [1, 2, 3])}, "a command")
-    assert found.text.startswith("Round trips. ")
-    assert found.text.endswith(boxes.reading)
-    assert (found.n, found.command) == (3, "a command")
-    assert "n = 3 episodes each" in str(found)
-    silent = SimpleNamespace(caption="Round trips.", reading="", counted="trials")
-    told = caption_of(silent, {A: episodes(A, [1, 2])}, "a command")
-    assert told.text == "Round trips."
-    assert "n = 2 trials each" in str(told)
 
 
 def test_a_controller_is_named_without_what_differs_among_its_experiments():
@@ -123,6 +99,11 @@ def test_a_controller_is_named_without_what_differs_among_its_experiments():
     assert controllers_of([*series, best]) == {
         "one": "ssgiff:beta=1", "two": "ssgiff:beta=1", "both": "ssgiff", "best": "ssgiff",
     }  # fmt: skip
+
+
+def test_the_episodes_of_a_plan_are_shared_out_by_experiment():
+    plan = SimpleNamespace(by_configuration=lambda: [["a0", "a1"], ["b0", "b1"], ["c0", "c1"]])
+    assert results_of(plan, (A, B, C)) == {A: ["a0", "a1"], B: ["b0", "b1"], C: ["c0", "c1"]}
 
 
 def test_the_time_of_the_kth_robot_is_the_whole_run_where_there_was_none(episodes):
@@ -157,7 +138,9 @@ def test_boxes_hold_the_values_of_each_series_that_has_one(episodes, drawn):
         "es1": {"NC": {"": [300.0, 500.0]}, "SGIKF": {"": [100.0, 200.0, 300.0]}},
         "es2": {"x": {"one": [300.0, 500.0], "two": [100.0, 200.0, 300.0]}},
     }
-    assert (axes, caption.command) == (("x", "y"), "a command")
+    assert axes == ("x", "y")
+    assert (caption.text, caption.n) == (f"Time. {boxes.reading}", 3)
+    assert (caption.command, caption.note) == ("a command", "n = 3 episodes each")
     assert controllers == {"NC": "nc", "SGIKF": "ssgikf", "one": "nc", "two": "ssgikf"}
     assert boxes.experiments == (A, B, A, B)
 

@@ -1,22 +1,24 @@
 """What the command `reproduce` does with its options, without running an episode."""
 
 import json
-from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
-from baselines.evaluation import runner
 from baselines.papers import commands_reproduce, reproduction, sequential
-from baselines.papers.claim_types import ClaimResult, Number, Order
+from baselines.papers.claim_types import Number, Order
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper
-from baselines.papers.reproduction import ReproduceOptions, Reproduction
+from baselines.papers.reproduction import (
+    ReproduceOptions,
+    Reproduction,
+    expected_seconds,
+    format_duration,
+)
 from baselines.papers.social_odometry import LEFT_OPEN
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-
-FOUND = [ClaimResult("a claim", 60.0, 59.0, 58.0, 61.0, True)]
 
 
 def test_the_command_line_is_that_of_the_same_episodes():
@@ -41,13 +43,8 @@ def test_every_paper_can_be_asked_for_and_has_its_replications(paper, n):
     assert paper in commands_reproduce.PAPER_NAMES
 
 
-def test_a_reproduction_is_kept_in_a_folder_of_its_own(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    claims = (Number("trips", Experiment("es1", "nc"), 60.0),)
-    small = Paper("ants2008", "ants2008", claims, (), 30, {})
-    monkeypatch.setitem(PAPERS._parts, "ants2008", lambda: small)
-    options = ReproduceOptions("ants2008", 2, physics="kinematic")
-    assert Reproduction(options).folder == Path("runs/reproduce-ants2008")
+def test_a_reproduction_is_kept_in_the_folder_that_is_asked_for(tmp_path):
+    options = ReproduceOptions("social-odometry", 2, physics="kinematic")
     elsewhere = Reproduction(options, tmp_path / "x")
     assert elsewhere.folder == tmp_path / "x"
     assert list(elsewhere.plan.seeds) == [0, 1]
@@ -56,59 +53,7 @@ def test_a_reproduction_is_kept_in_a_folder_of_its_own(monkeypatch, tmp_path):
         Reproduction(ReproduceOptions("ants2008", physics="soft"))
 
 
-@pytest.fixture
-def called(monkeypatch):
-    """What the command makes of its options."""
-    found = []
-
-    class Recorded:
-        plan = "the plan"
-        decided = ()
-
-        def __init__(self, options, out):
-            found.append((options, out))
-
-        def run_with_progress(self, backend):
-            found.append(backend)
-
-        def claim_results(self):
-            return FOUND
-
-        def write(self, claim_results, page, style):
-            found.append((claim_results, page, style))
-            return [Path("claims.json")]
-
-    monkeypatch.setattr(reproduction, "Reproduction", Recorded)
-    monkeypatch.setattr(commands_reproduce, "find_backend", lambda *given: given)
-    monkeypatch.setattr(runner, "check_kept", found.append)
-    return found
-
-
-def test_a_command_without_options_runs_what_the_help_promises(called, command):
-    status, stdout, _ = command("reproduce", "ants2008")
-    assert status == 0
-    (options, out), backend, written, checked = called
-    assert options == ReproduceOptions("ants2008", None, False, 0, None, [])
-    assert out is None
-    assert backend == ("joblib", 2, 1, None)
-    assert written == (FOUND, None, "screen")
-    assert checked == "the plan"
-    assert "1 of 1 claims reproduced" in stdout
-
-
-@pytest.mark.parametrize(
-    ("options", "episodes"), [(["--quick"], 6), (["--quick", "--episodes=2"], 2), ([], None)]
-)
-def test_quick_is_six_replications_unless_another_number_is_asked_for(
-    called, command, options, episodes
-):
-    assert command("reproduce", "ants2008", *options)[0] == 0
-    assert called[0][0].episodes == episodes
-
-
 NC, SSGIKF = Experiment("es1", "nc"), Experiment("es1", "ssgikf")
-
-
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
 
@@ -134,9 +79,6 @@ def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(reproduce, t
     status, stdout, stderr = reproduce("--episodes=2", "--format=json", *SHORT)
     assert status == 0
     rows = json.loads(stdout)
-    assert [set(row) for row in rows] == [
-        {"claim", "published", "ours", "low", "high", "reproduced"}
-    ] * 2
     assert not any(row["reproduced"] for row in rows)
     assert "swarm-forage: about " in stderr
     folder = tmp_path / "runs" / "reproduce-social-odometry"
@@ -161,28 +103,22 @@ def test_adaptive_episodes_decide_each_claim_on_the_page_and_as_json(
     assert (status, "'some' is neither a whole number nor adaptive" in stderr) == (2, True)
 
 
-def test_what_has_been_run_is_not_run_again(reproduce):
-    reproduce("--episodes=2", *SHORT)
-    status, stdout, stderr = reproduce("--episodes=3", *SHORT)
+def test_what_has_been_run_is_not_run_again_and_quick_is_six_replications(reproduce):
+    reproduce("--quick", "--episodes=2", *SHORT)
+    status, stdout, stderr = reproduce("--quick", *SHORT)
     assert status == 0
-    assert "4 of 6 episodes found" in stderr
+    assert "4 of 12 episodes found" in stderr
     assert "0 of 2 claims reproduced" in stdout
 
 
-def test_the_page_can_be_written_elsewhere_with_its_figures(reproduce, tmp_path):
-    status, _, _ = reproduce("--episodes=2", "--page=docs/papers/page.md", *SHORT)
-    assert status == 0
-    text = (tmp_path / "docs" / "papers" / "page.md").read_text("utf-8")
+def test_a_page_elsewhere_has_its_figures_for_a_paper_as_broad_as_a_column(reproduce, tmp_path):
+    page, figures = tmp_path / "docs" / "page.md", tmp_path / "docs" / "figures"
+    assert reproduce("--episodes=2", "--style=paper", "--page=docs/page.md", *SHORT)[0] == 0
     command_line = "swarm-forage reproduce social-odometry --set=task.duration=20 --episodes=2"
-    assert command_line in text
-    assert (tmp_path / "docs" / "papers" / "figures" / "tr14.png").exists()
-
-
-def test_figures_for_a_paper_are_as_broad_as_a_column_and_pdf_too(reproduce, tmp_path):
-    assert reproduce("--episodes=2", "--style=paper", "--page=page.md", *SHORT)[0] == 0
-    with Image.open(tmp_path / "figures" / "tr14.png") as image:
+    assert command_line in page.read_text("utf-8")
+    with Image.open(figures / "tr14.png") as image:
         assert image.width == 670
-    assert (tmp_path / "figures" / "tr14.pdf").read_bytes().startswith(b"%PDF")
+    assert (figures / "tr14.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("wrong", ["--episodes=0", "--workers=0", "--seed=-1", "--physics=soft"])
@@ -195,3 +131,41 @@ def test_nonsense_is_refused_in_one_line(reproduce, wrong):
 def test_an_unknown_paper_is_refused():
     with pytest.raises(UnknownNameError, match="no paper named 'ants2009'"):
         Reproduction(ReproduceOptions("ants2009"))
+
+
+def plan(*configurations, todo):
+    return SimpleNamespace(
+        configurations=configurations,
+        todo={each.key: range(n) for each, n in zip(configurations, todo, strict=True) if n},
+    )
+
+
+def test_each_scenario_is_timed_once_and_only_if_something_is_left_to_run(monkeypatch):
+    few, same, many, other = (
+        Experiment(*names, (f"task.n_robots={n}", f"task.duration={seconds}")).configuration(None)
+        for *names, n, seconds in (
+            ("es1", "nc", 5, 100), ("es1", "ssgikf", 5, 100), ("es1", "nc", 10, 100),
+            ("es2", "nc", 5, 200),
+        )
+    )  # fmt: skip
+    timed = []
+
+    def speed(configuration):
+        timed.append(configuration)
+        return 0.25 * len(timed)
+
+    monkeypatch.setattr(reproduction, "seconds_per_tick", speed)
+    assert expected_seconds(plan(few, same, many, other, todo=(0, 2, 3, 1)), 2) == pytest.approx(
+        (0.25 * 2 * 1000 + 0.5 * 3 * 1000 + 0.75 * 1 * 2000) / 2
+    )
+    assert timed == [same, many, other]
+    assert expected_seconds(plan(few, same, todo=(0, 0)), 1) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(59.4, "59 s"), (60.0, "1 min"), (149.0, "2 min"), (3599.0, "60 min"), (3600.0, "1.0 h"),
+     (5400.0, "1.5 h"), (0.0, "0 s")],
+)  # fmt: skip
+def test_durations_change_their_unit_at_a_minute_and_at_an_hour(seconds, words):
+    assert format_duration(seconds) == words

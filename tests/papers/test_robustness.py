@@ -1,5 +1,7 @@
 """What the page on faulty robots says, number by number, on episodes worked by hand."""
 
+import re
+
 import pytest
 
 from baselines.evaluation.statistics import Comparison, Estimate
@@ -10,12 +12,10 @@ from baselines.papers.robustness import (
     BODIES,
     FAULTS,
     MESSAGES,
-    RULES,
     breaking_share,
     breaks,
     experiment,
     harms,
-    kept,
     sound_trips,
     table,
 )
@@ -47,24 +47,12 @@ def of_few(monkeypatch, episodes):
 def test_an_experiment_sets_the_share_and_what_belongs_to_the_fault():
     assert experiment("ssgiff", "deaf", 0.0) == Experiment("es1", "ssgiff:beta=0.001")
     found = {fault: experiment("nc", fault, 0.2).settings for fault in FAULTS}
-    assert found == {
-        "liars, each its own": ("faults.liar.share=0.2",),
-        "liars, conspiring": ("faults.liar.share=0.2", "faults.liar.conspire=place"),
-        "stale": ("faults.stale.share=0.2", "faults.stale.at=300"),
-        "deaf": ("faults.deaf.share=0.2",),
-        "mute": ("faults.mute.share=0.2",),
-        "dead, still talking": ("faults.dead.share=0.2", "faults.dead.at=300"),
-        "worn": ("faults.worn.share=0.2",),
-        "blind": ("faults.blind.share=0.2",),
-    }
+    assert found["liars, conspiring"] == ("faults.liar.share=0.2", "faults.liar.conspire=place")
+    assert found["dead, still talking"] == ("faults.dead.share=0.2", "faults.dead.at=300")
+    kinds = ["liar", "liar", "stale", "deaf", "mute", "dead", "worn", "blind"]
+    assert [first.split(".")[1] for first, *_ in found.values()] == kinds
     assert tuple(FAULTS) == (*MESSAGES, *BODIES)
     assert BODIES == ("dead, still talking", "worn", "blind")
-
-
-def test_the_fermi_filters_run_at_their_best_beta_and_all_others_as_they_are():
-    best = {"ssgiff": "ssgiff:beta=0.001", "dsgiff": "dsgiff:beta=0.001"}
-    assert {rule: name for rule, name in RULES.items() if rule != name} == best
-    assert robustness.robustness().replications == 10
 
 
 def test_the_score_is_that_of_a_sound_robot_and_needs_both_numbers_of_them(episodes):
@@ -74,18 +62,6 @@ def test_the_score_is_that_of_a_sound_robot_and_needs_both_numbers_of_them(episo
     ):  # fmt: skip
         (found,) = episodes(Experiment("es1", "nc"), [40], **numbers)
         assert sound_trips(found) == score
-
-
-def test_every_fault_makes_a_configuration_of_its_own():
-    each = [experiment("nc", fault, 0.2).configuration("kinematic") for fault in FAULTS]
-    assert len({configuration.key for configuration in each}) == len(FAULTS)
-    assert all(configuration.scenario.faults.is_any for configuration in each)
-
-
-def test_what_a_rule_keeps_is_held_against_itself_without_faults(of_few):
-    found = kept(of_few({("ssgikf", LIARS, 0.2): 25}), "ssgikf", LIARS, 0.2)
-    assert found.ratio.value == 0.25
-    assert found.p < 0.01
 
 
 @pytest.mark.parametrize(("left", "broken"), [(0, True), (49, True), (50, False), (99, False)])
@@ -107,14 +83,14 @@ def test_the_tables_say_what_breaks_first_and_what_each_rule_keeps(of_few):
     trips = {
         ("ssgikf", LIARS, 0.1): 90, ("ssgikf", LIARS, 0.2): 40, ("ssgikf", LIARS, 0.5): 5,
         ("dsgikf", LIARS, 0.1): 80, ("dsgikf", LIARS, 0.2): 30, ("dsgikf", LIARS, 0.5): 20,
-        ("nc", LIARS, 0.5): 45, ("nc", DEAF, 0.2): 60,
+        ("nc", LIARS, 0.5): 45, ("nc", DEAF, 0.2): 60, ("dsgikf", DEAF, 0.5): 0,
     }  # fmt: skip
     assert table(of_few(trips)).splitlines() == [
         "| fault | breaks first | at | and keeps there | others that break |",
         "| --- | --- | --- | --- | --- |",
         # at one share, the rule that keeps less is the first
         "| liars, each its own | dsgikf | 20 % | 30 % (30 to 30) | ssgikf (20 %), nc (50 %) |",
-        "| deaf | none |  |  |  |",
+        "| deaf | dsgikf | 50 % | 0 % (0 to 0) | none |",
         "",
         "| rule | trips without faults | liars, each its own | deaf |",
         "| --- | --- | --- | --- |",
@@ -122,20 +98,6 @@ def test_the_tables_say_what_breaks_first_and_what_each_rule_keeps(of_few):
         "| ssgikf | 100.0 (100.0 to 100.0) | **40 % (40 to 40)** † | 100 % (100 to 100) |",
         "| dsgikf | 100.0 (100.0 to 100.0) | **30 % (30 to 30)** † | 100 % (100 to 100) |",
     ]
-
-
-def test_a_rule_that_breaks_alone_has_no_others_beside_it(of_few):
-    lines = table(of_few({("dsgikf", DEAF, 0.1): 0})).splitlines()
-    assert lines[3] == "| deaf | dsgikf | 10 % | 0 % (0 to 0) | none |"
-
-
-def test_intervals_of_samples_that_vary_stand_beside_their_means(of_few, episodes):
-    results = of_few({})
-    key = experiment("nc", DEAF, 0.0)
-    results[key] = episodes(key, [200, 400, 400, 400, 400, 600])
-    line = next(each for each in table(results).splitlines() if each.startswith("| nc |"))
-    first, low, _, high = line.split("|")[2].replace("(", "").replace(")", "").split()
-    assert (first, float(low) < 100.0 < float(high)) == ("100.0", True)
 
 
 def test_a_ratio_to_nothing_is_written_as_such():
@@ -146,41 +108,29 @@ def test_a_ratio_to_nothing_is_written_as_such():
     assert robustness._percent(half) == "50 % (25 to 75)"
 
 
-def test_each_question_is_an_order_of_two_experiments():
-    """One liar in ten, a fifth of liars, and the defences."""
-    paper = robustness.robustness()
-    assert all(isinstance(each, Order) and each.metric is sound_trips for each in paper.claims)
-    found = {each.text: each.pairs for each in paper.claims}
-    for fault in ("liars, each its own", "liars, conspiring"):
-        for rule in set(RULES) - {"nc"}:
-            assert found.pop(f"{rule}: without faults above one liar of ten ({fault})") == (
-                (experiment(rule, fault, 0.0), experiment(rule, fault, 0.1)),
-            )
-            assert found.pop(f"nc above {rule}: 20 % {fault}") == (
-                (experiment("nc", fault, 0.2), experiment(rule, fault, 0.2)),
-            )
-        for better, worse in (("ssgikf-sceptical", "ssgikf"),
-                              ("learned-sceptical", "ssgikf-sceptical")):  # fmt: skip
-            assert found.pop(f"{better} above {worse}: 20 % {fault}") == (
-                (experiment(better, fault, 0.2), experiment(worse, fault, 0.2)),
-            )
-    assert found == {}
+def test_each_question_is_an_order_of_the_two_experiments_that_it_names():
+    for claim in robustness.robustness().claims:
+        assert isinstance(claim, Order)
+        assert claim.metric is sound_trips
+        if "without faults" in claim.text:
+            rule, fault = re.match(r"(.*): without .* \((.*)\)", claim.text).groups()
+            pair = experiment(rule, fault, 0.0), experiment(rule, fault, 0.1)
+        else:
+            better, worse, fault = re.match(r"(.*) above (.*): 20 % (.*)", claim.text).groups()
+            pair = experiment(better, fault, 0.2), experiment(worse, fault, 0.2)
+        assert claim.pairs == (pair,)
 
 
 def test_a_figure_shows_the_mean_and_interval_of_each_rule_over_the_share(monkeypatch, of_few):
     monkeypatch.setattr(robustness, "mean_panels", lambda *given, **options: (given, options))
-    messages, bodies = robustness.figures()
-    assert (messages.name, bodies.name) == ("robustness_messages", "robustness_bodies")
-    assert (messages.faults, bodies.faults) == (MESSAGES, BODIES)
     figure = robustness.OverShare("name", "Caption.", (LIARS, DEAF))
     assert len(figure.experiments) == 2 * 3 * 4
     results = of_few({("ssgikf", LIARS, 0.5): 20})
-    (panels, axes, caption), options = figure.draw(results, "a command")
+    (panels, _, caption), options = figure.draw(results, "a command")
     assert list(panels) == [LIARS, DEAF]
     assert list(panels[LIARS]) == list(FEW.values())
     means = panels[LIARS]["ssgikf"]
     assert means.x.tolist() == [0.0, 10.0, 20.0, 50.0]
     for found in (means.mean, means.low, means.high):
         assert found.tolist() == [100.0, 100.0, 100.0, 20.0]
-    assert axes == ("faulty robots [%]", "round trips of a sound robot")
     assert (options, caption.n) == ({"one_y": True}, 6)

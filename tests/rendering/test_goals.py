@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from swarm_forage_env import parallel_env
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering import palette
@@ -157,12 +156,3 @@ def test_a_recording_holds_goals_claims_and_ellipses_within_its_rounding(loop):
     ):
         assert_allclose(columns[name], np.stack([take(each) for each in own], axis=1), atol=atol)
     assert "known" not in columns
-
-
-def test_an_environment_of_waypoints_draws_its_frames():
-    env = parallel_env("waypoints-05", render_mode="rgb_array", max_cycles=3)
-    env.reset(seed=1)
-    frame = env.render()
-    assert frame.shape[1] == 512
-    assert (np.abs(frame.astype(int) - palette.ESTIMATE).max(axis=2) < 60).sum() > 50
-    assert env.metadata["render_modes"] == ["human", "rgb_array", "ansi"]

@@ -1,7 +1,5 @@
 """The render modes of the environment, and the tools of PettingZoo that use them."""
 
-from pathlib import Path
-
 import gymnasium
 import numpy as np
 import pytest
@@ -115,31 +113,6 @@ def test_a_frame_of_an_episode_that_has_not_begun_is_refused():
 
     with pytest.raises(ResetNeeded):
         parallel_env(render_mode="rgb_array", **few).render()
-
-
-@pytest.mark.filterwarnings("ignore")  # of a package that is not ours, as it is imported
-@pytest.mark.parametrize("turns", [False, True])
-def test_pettingzoo_records_videos(tmp_path, turns):
-    pytest.importorskip("moviepy", reason="PettingZoo records with it")
-    from pettingzoo.utils.wrappers import RecordVideo, RecordVideoParallel
-
-    options = {"render_mode": "rgb_array", "max_cycles": 5, **few}
-    made = (
-        RecordVideo(env(**options), tmp_path)
-        if turns
-        else RecordVideoParallel(parallel_env(**options), tmp_path)
-    )
-    made.reset(seed=1)
-    while made.agents:
-        if turns:
-            over = any(made.terminations.values()) or any(made.truncations.values())
-            agent = made.agent_selection
-            made.step(None if over else np.zeros(made.action_space(agent).shape, np.float32))
-        else:
-            made.step(still(made))
-    made.close()
-    (file,) = Path(tmp_path).glob("*.mp4")
-    assert file.stat().st_size > 1000
 
 
 def test_a_map_of_characters_shows_robots_and_areas_where_they_are():

@@ -7,9 +7,7 @@ from numpy.testing import assert_array_equal
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY
-from swarm_forage_env.task import stage_of
 from tests.beliefs import localisation_error
 
 
@@ -24,15 +22,6 @@ def loop(busy):
 
 def scenes(loop):
     return [loop.scene(which) for which in range(2)]
-
-
-def test_a_stage_holds_the_numbers_of_its_scenario():
-    stage = stage_of(find_scenario("es3"), "nc")
-    assert (stage.scenario, stage.controller, stage.n_robots) == ("es3", "nc", 100)
-    assert (stage.length, stage.width, stage.area_radius) == (8.5, 6.0, 0.1)
-    assert_array_equal(stage.areas, find_scenario("es3").areas)
-    assert (stage.start_radius, stage.robot_radius) == (0.5, 0.035)
-    assert (stage.tick, stage.duration) == (0.1, 7200.0)
 
 
 def test_a_scene_is_the_truth_about_its_own_world(loop):

@@ -51,36 +51,25 @@ BANDS = {
 """Round trips; published for es1 are 60, 150 and 170."""
 
 
-def values(results, controller, metric):
-    return [metric(episode) for episode in results[controller]]
-
-
 @pytest.mark.parametrize("controller", [NC, SSGIKF, SSGIFF])
 def test_round_trips_stay_in_a_wide_band(results, controller):
     low, high = BANDS[results[controller][0].scenario, controller]
-    assert low <= mean_interval(values(results, controller, round_trips)).value <= high
+    assert low <= mean_interval([*map(round_trips, results[controller])]).value <= high
 
 
 @pytest.mark.parametrize("controller", [SSGIKF, SSGIFF])
-def test_communication_brings_far_more_round_trips(results, controller):
-    found = compare(values(results, controller, round_trips), values(results, NC, round_trips))
-    assert above(found)
-    assert found.ratio.value > 2.0
-
-
-@pytest.mark.parametrize("controller", [SSGIKF, SSGIFF])
-def test_communication_recruits_faster(results, controller):
-    found = compare(
-        values(results, NC, recruitment_time), values(results, controller, recruitment_time)
+def test_communication_brings_more_round_trips_recruits_and_keeps_robots_on_the_path(
+    results, controller
+):
+    trips, time, share = (
+        compare([*map(metric, results[controller])], [*map(metric, results[NC])])
+        for metric in (round_trips, lambda episode: -recruitment_time(episode), on_path)
     )
-    assert above(found)
-
-
-@pytest.mark.parametrize("controller", [SSGIKF, SSGIFF])
-def test_communication_keeps_more_robots_on_the_path(results, controller):
-    found = compare(values(results, controller, on_path), values(results, NC, on_path))
-    assert above(found)
-    assert found.difference.value > 0.15
+    assert above(trips)
+    assert trips.ratio.value > 2.0
+    assert above(time)
+    assert above(share)
+    assert share.difference.value > 0.15
 
 
 @dataclass(frozen=True)

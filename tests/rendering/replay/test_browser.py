@@ -47,7 +47,7 @@ def opened(browser, file):
     """Opens the file as a user does; in the end nothing was fetched and nothing complained."""
     contexts, complaints, requests = [], [], []
 
-    def open_(size=DESKTOP, scheme="light", before="", path=file, **more):
+    def open_(size=DESKTOP, scheme="light", before="", path=file, loads=True, **more):
         context = browser.new_context(viewport=size, color_scheme=scheme, offline=True, **more)
         contexts.append(context)
         page = context.new_page()
@@ -56,6 +56,9 @@ def opened(browser, file):
         page.on("request", lambda request: requests.append(request.url))
         page.add_init_script(before)
         page.goto(path.as_uri())
+        if loads:
+            until(page, LOADED)
+            page.evaluate(DRAWN)
         return page
 
     yield open_
@@ -67,9 +70,7 @@ def opened(browser, file):
 
 @pytest.fixture
 def page(opened):
-    found = opened()
-    until(found, LOADED)
-    return found
+    return opened()
 
 
 def until(page, truth):
@@ -103,9 +104,14 @@ def on_screen(page, points):
     return np.add(spots, (box["x"], box["y"]))
 
 
+def picture_of(page):
+    """A screenshot of the page, or of a part of it."""
+    return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+
+
 def pixels(page, points):
     """Colours at places of the world, in a screenshot of the page."""
-    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+    picture = picture_of(page)
     return [tuple(picture[round(y), round(x)].tolist()) for x, y in on_screen(page, points)]
 
 
@@ -117,17 +123,13 @@ def readable(scenes, stage):
     """A scene and a robot that believes the nest to be in a spot where nothing else is drawn."""
     for tick, scene in list(enumerate(scenes))[::5]:
         for robot in np.flatnonzero(scene.known.all(axis=1)):
-            spot = scene.believed[robot, 0]
-            alone = np.hypot(*(scene.pose[:, :2] - spot).T).min() > 3.0 * stage.robot_radius
+            spot, places = scene.believed[robot, 0], scene.pose[:, :2]
+            others = np.delete(places, robot, 0) - places[robot]
+            nearest = np.hypot(*np.concatenate([places - spot, others]).T).min()
             near = np.hypot(*(spot - stage.areas[0])) < 0.5 * stage.area_radius
-            if alone and near and _far_from_others(scene.pose, robot, stage):
+            if near and nearest > 3.0 * stage.robot_radius:
                 return tick, int(robot)
     raise AssertionError("no such scene in this episode")
-
-
-def _far_from_others(pose, robot, stage):
-    apart = np.hypot(*(np.delete(pose, robot, 0)[:, :2] - pose[robot, :2]).T)
-    return apart.min() > 3.0 * stage.robot_radius
 
 
 def test_it_plays_and_pauses(page):
@@ -214,18 +216,14 @@ def test_hovering_over_a_robot_shows_what_it_believes_and_hears(page, scenes, st
 
 @pytest.mark.parametrize(("scheme", "brightness"), [("light", 1.0), ("dark", 0.8)])
 def test_a_picture_shows_areas_and_robots_where_they_are(opened, scenes, stage, scheme, brightness):
-    def as_drawn(colours):
-        return [[brightness * part for part in colour] for colour in colours]
-
     page = opened(scheme=scheme)
-    until(page, LOADED)
     for name in ("Trails", "Messages"):
         page.get_by_role("button", name=name).click()
     page.evaluate(DRAWN)
     tinted = [palette.mixed(colour, palette.FLOOR, 0x38 / 255) for colour in palette.AREA]
     corner = 0.45 * stage.length, 0.45 * stage.width
-    *areas, floor = pixels(page, [*stage.areas, corner])
-    assert all(map(alike, [*areas, floor], as_drawn([*tinted, palette.FLOOR])))
+    colours = brightness * np.array([*tinted, palette.FLOOR])
+    assert all(map(alike, pixels(page, [*stage.areas, corner]), colours))
     seen = set()
     for tick in (0, 600, 1200):
         scrub(page, tick / 10)
@@ -236,7 +234,7 @@ def test_a_picture_shows_areas_and_robots_where_they_are(opened, scenes, stage, 
         for colour, doing in zip(
             pixels(page, tails[above]), scenes[tick].doing[above], strict=True
         ):
-            assert alike(colour, *as_drawn([palette.DOING[int(doing)]]))
+            assert alike(colour, brightness * np.array(palette.DOING[int(doing)]))
             seen.add(int(doing))
     assert len(seen) >= 3
 
@@ -251,10 +249,7 @@ def still(opened, made_up, tmp_path):
         for tick in ticks:
             replay.add(replace(made_up(tick), pose=away))
         replay.write(tmp_path / "still.html")
-        page = opened(path=tmp_path / "still.html")
-        until(page, LOADED)
-        page.evaluate(DRAWN)
-        return page
+        return opened(path=tmp_path / "still.html")
 
     return open_
 
@@ -291,7 +286,6 @@ def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
         loop.step()
     replay.write(tmp_path / "goals.html")
     page = opened(path=tmp_path / "goals.html")
-    until(page, LOADED)
     assert page.locator("#score-name").inner_text() == "Goals reached"
     scrub(page, 59.5)
     last, own = scenes[-1], scenes[-1].localised
@@ -310,8 +304,8 @@ def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
     assert any(alike(colour, palette.GOAL, 60) for colour in pixels(page, spots))
 
 
-@pytest.fixture
-def compared(stage, scenes, busy, tmp_path):
+@pytest.fixture(scope="module")
+def compared(stage, scenes, busy, tmp_path_factory):
     """A replay of two swarms from 60 s on, and the scenes of the second."""
     loop = Loop(busy, find_controller("nc"), [1])
     others = [loop.scene()]
@@ -323,15 +317,14 @@ def compared(stage, scenes, busy, tmp_path):
     for first, second in zip(scenes[400:], others[400:], strict=True):
         replay.add(first)
         replay.add(second, 1)
-    replay.write(tmp_path / "two.html")
-    return tmp_path / "two.html", others
+    found = tmp_path_factory.mktemp("compared") / "two.html"
+    replay.write(found)
+    return found, others
 
 
 def test_two_swarms_play_side_by_side(opened, compared, scenes, stage):
     file, others = compared
     page = opened(path=file)
-    until(page, LOADED)
-    page.evaluate(DRAWN)
     assert page.evaluate("[view.time, view.speed, view.chosen]") == pytest.approx([60, 20, 3])
     assert page.locator("h1").inner_text() == "es1 · ssgikf and nc · seed 1"
     assert page.locator("figcaption").all_inner_texts() == ["ssgikf", "nc"]
@@ -354,7 +347,7 @@ def test_two_swarms_play_side_by_side(opened, compared, scenes, stage):
     page.evaluate("player.choose(null)")
     page.get_by_role("button", name="Trails").click()
     page.evaluate(DRAWN)
-    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+    picture = picture_of(page)
     x, y = page.evaluate(f"arena.place({0.45 * stage.length}, {0.45 * stage.width})")
     for box in boxes:
         spot = picture[round(box["y"] + y), round(box["x"] + x)]
@@ -371,21 +364,17 @@ BARS = """(each) => [...document.querySelectorAll(each)].map((bar) =>
 
 def test_whatever_is_of_a_controller_has_its_colour(opened, compared):
     page = opened(path=compared[0])
-    until(page, LOADED)
-    page.evaluate(DRAWN)
     for each in NAMED:
         assert page.evaluate(BARS, each) == ["rgb(136, 34, 85)", "rgb(187, 187, 187)"]
     for moment, n_least in ((60, 20), (120, 50)):
         scrub(page, moment)
-        shown = Image.open(io.BytesIO(page.locator("#curves").screenshot())).convert("RGB")
         for colour in (136, 34, 85), (187, 187, 187):
-            assert np.all(np.asarray(shown) == colour, axis=2).sum() > n_least, "on the curves"
+            curves = np.all(picture_of(page.locator("#curves")) == colour, axis=2)
+            assert curves.sum() > n_least
 
 
 def test_a_tap_chooses_a_robot(opened):
     page = opened(PHONE, has_touch=True, is_mobile=True)
-    until(page, LOADED)
-    page.evaluate(DRAWN)
     card, footer = (page.locator(each).bounding_box() for each in ("#robot-card", "footer"))
     assert "Tap a robot" in page.locator("#robot-card").inner_text()
     assert footer["y"] - card["y"] - card["height"] < 40, "no gap"
@@ -399,7 +388,6 @@ def test_a_tap_chooses_a_robot(opened):
 )
 def test_a_colour_like_that_of_the_page_has_an_edge(opened, compared, scheme, edges):
     page = opened(path=compared[0], scheme=scheme)
-    until(page, LOADED)
     edge = "(k) => document.documentElement.style.getPropertyValue(`--edge-${k}`)"
     for which, (wanted, own) in enumerate(zip(edges, COLOURS, strict=True)):
         assert page.evaluate(edge, which) == (wanted or own)
@@ -407,7 +395,6 @@ def test_a_colour_like_that_of_the_page_has_an_edge(opened, compared, scheme, ed
 
 def test_trails_go_back_before_the_start(opened, compared, scenes):
     page = opened(path=compared[0])
-    until(page, LOADED)
     page.get_by_role("button", name="Messages").click()
     page.evaluate("player.choose(null)")
     page.evaluate(DRAWN)
@@ -424,7 +411,6 @@ def test_trails_go_back_before_the_start(opened, compared, scenes):
 @pytest.mark.parametrize("size", [PHONE, DESKTOP])
 def test_no_name_is_over_a_robot_or_another_name(opened, size, scenes, stage):
     page = opened(size)
-    until(page, LOADED)
     page.evaluate("player.choose(4)")
     seen = set()
     for tick in range(0, len(scenes), 75):
@@ -494,8 +480,6 @@ def test_everything_that_can_be_used_has_a_name(page):
 @pytest.mark.parametrize("size", [PHONE, DESKTOP, {"width": 1920, "height": 1080}])
 def test_it_fits_the_window(opened, size, stage):
     page = opened(size)
-    until(page, LOADED)
-    page.evaluate(DRAWN)
     assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
     if size != PHONE:
         assert page.evaluate("document.documentElement.scrollHeight") <= size["height"]
@@ -508,18 +492,12 @@ def test_it_fits_the_window(opened, size, stage):
     assert right - left > 0.5 * size["width"]
 
 
-def test_a_browser_too_old_says_so(opened):
-    page = opened(before="delete window.DecompressionStream")
-    notice = page.get_by_role("alert")
-    notice.wait_for()
-    assert "too old" in notice.inner_text()
-
-
-def test_a_damaged_file_says_so(opened, file):
-    text = file.read_text(encoding="utf-8")
+def test_a_browser_too_old_and_a_damaged_file_are_told(opened, file):
+    text, damaged = file.read_text(encoding="utf-8"), file.with_name("damaged.html")
     start = text.index(">", text.index('id="recording-0"')) + 1
-    file.with_name("damaged.html").write_text(text[: start + 400] + text[start + 800 :])
-    page = opened(path=file.with_name("damaged.html"))
-    notice = page.get_by_role("alert")
-    notice.wait_for()
-    assert "cannot be read" in notice.inner_text()
+    damaged.write_text(text[: start + 400] + text[start + 800 :])
+    too_old = {"before": "delete window.DecompressionStream"}
+    for given, told in ((too_old, "too old"), ({"path": damaged}, "cannot be read")):
+        notice = opened(**given, loads=False).get_by_role("alert")
+        notice.wait_for()
+        assert told in notice.inner_text()

@@ -38,9 +38,7 @@ def file(tmp_path_factory):
 
 @pytest.fixture
 def page(opened, file):  # noqa: F811 the fixture
-    found = opened(path=file)
-    until(found, LOADED)
-    return found
+    return opened(path=file)
 
 
 def trips_here(seed, numbers=None, changes=""):
@@ -180,61 +178,44 @@ def test_the_page_draws_the_scene_of_a_moment(page):
     assert max(heard) < 10
 
 
+AHEAD = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np.float32)\n"
+
+
 @pytest.mark.parametrize(
     ("scenario", "controllers", "refusal"),
-    [("waypoints-05", ["boids-adaptive"], "worlds that forage alone"),
-     ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows 2")],
-)  # fmt: skip
-def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_path):
-    options = EvaluateOptions(scenario, controllers, 2, 0, [], "kinematic")
+    [
+        ("waypoints-05", ["boids-adaptive"], "worlds that forage alone"),
+        ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows 2"),
+        ("es1", ["{motion},chance=true"], "Python calls a policy that is stochastic"),
+        ("es1", ["{everything}"], "a page draws what robots believe"),
+        ("es1", ["callable:my_policy:ahead"], "Python calls it; what runs without Python are"),
+    ],
+)
+def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_path, monkeypatch):
+    (tmp_path / "my_policy.py").write_text(AHEAD)
+    monkeypatch.syspath_prepend(tmp_path)
+    names = {}
+    for learn, n_state in (("motion", 8), ("everything", 0)):
+        (tmp_path / learn).mkdir()
+        names[learn] = any_network(tmp_path / learn, n_state, learn)
+    asked = [controller.format(**names) for controller in controllers]
     with pytest.raises(ConfigError, match=refusal):
-        write_playground(options, tmp_path / "x.html")
+        write_playground(EvaluateOptions(scenario, asked, 2), tmp_path / "x.html")
     assert not (tmp_path / "x.html").exists()
-
-
-@pytest.fixture(scope="module")
-def network(tmp_path_factory):
-    return any_network(tmp_path_factory.mktemp("policy"), 8)
 
 
 @pytest.mark.browser
 @needs_chromium
-def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, network, tmp_path):  # noqa: F811 the fixture
+def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, tmp_path):  # noqa: F811 the fixture
     pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
-    file = tmp_path / "play.html"
+    file, network = tmp_path / "play.html", any_network(tmp_path, 8)
     short = EvaluateOptions("es1", [network], 1, 0, ["task.duration=60"], "kinematic")
     write_playground(short, file)
     page = opened(path=file)
-    until(page, LOADED)
     loop = Loop(find_scenario("es1"), find_controller(network), [0], "kinematic")
     loop.run(600)
     shown = page.evaluate("Array.from({ length: 10 }, (_, i) => view.episodes[0].x[i * 61 + 60])")
     x = loop.world.robots["pose"][0, :, 0].astype(np.float32)
     assert shown == x.tolist()
     page = opened(path=file, before="delete WebAssembly")
-    until(page, LOADED)
     np.testing.assert_allclose(page.evaluate(RECORDED), x, atol=1e-3)
-
-
-def test_a_network_that_acts_by_chance_runs_in_no_page(network, tmp_path):
-    options = EvaluateOptions("es1", [f"{network},chance=true"], 1, 0, [], "kinematic")
-    with pytest.raises(ConfigError, match="Python calls a policy that is stochastic"):
-        write_playground(options, tmp_path / "x.html")
-
-
-def test_a_policy_of_everything_believes_nothing_that_a_page_could_draw(tmp_path):
-    name = any_network(tmp_path, 0, "everything")
-    options = EvaluateOptions("es1", [name], 1, 0, [], "kinematic")
-    with pytest.raises(ConfigError, match="a page draws what robots believe"):
-        write_playground(options, tmp_path / "x.html")
-
-
-def test_a_policy_that_python_calls_runs_in_no_page(tmp_path, monkeypatch):
-    code = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np.float32)\n"
-    (tmp_path / "my_policy.py").write_text(code)
-    monkeypatch.syspath_prepend(tmp_path)
-    options = EvaluateOptions("es1", ["callable:my_policy:ahead"], 2, 0, [], "kinematic")
-    with pytest.raises(
-        ConfigError, match=r"policy .*: Python calls it; what runs without Python are networks"
-    ):
-        write_playground(options, tmp_path / "x.html")
