@@ -49,9 +49,9 @@ def assert_same(one, other):
 def test_shapes_are_worlds_by_learners():
     env = ArrayEnv("es1", 3, learners=["epuck_1", 3], shaping=1.0, **SHORT)
     assert env.learners == ["epuck_1", "epuck_3"]
-    seen, infos = env.reset(seed=0)
-    assert seen.shape == (3, 2, *env.observation_space.shape)
+    env.reset(seed=0)
     seen, rewards, terminated, truncated, infos = env.step(np.zeros((3, 2, 2), np.float32))
+    assert seen.shape == (3, 2, *env.observation_space.shape)
     assert rewards.shape == infos["unshaped_reward"].shape == (3, 2)
     assert terminated.shape == truncated.shape == (3,)
     assert env.state().shape == (3, *env.state_space.shape)
@@ -116,11 +116,13 @@ def test_staggered_worlds_end_one_after_the_other():
     assert ends == [(3 * k, (k - 1) % 4) for k in range(1, 9)]
 
 
-def test_a_world_that_is_over_must_be_reset():
+def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
     env = ArrayEnv("es1", 2, stagger=True, **SHORT)
     with pytest.raises(ResetNeeded, match="has not begun"):
         env.step(np.zeros((2, 4, 2), np.float32))
     env.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"shape \(8, 2\): must be \(2, 4, 2\)"):
+        env.step(np.zeros((8, 2), np.float32))
     for _ in range(6):
         env.step(np.zeros((2, 4, 2), np.float32))
     with pytest.raises(ResetNeeded, match="after the end of world 0, at 6 cycles"):
@@ -146,13 +148,6 @@ def test_a_bad_reset_is_refused_and_changes_nothing(arguments, says):
     with pytest.raises(ConfigError, match=says):
         env.reset(**arguments)
     assert_same(run(env, 5, np.random.default_rng(0)), run(twin, 5, np.random.default_rng(0)))
-
-
-def test_actions_of_another_shape_are_refused():
-    env = ArrayEnv("es1", 2, **SHORT)
-    env.reset(seed=0)
-    with pytest.raises(ConfigError, match=r"shape \(8, 2\): must be \(2, 4, 2\)"):
-        env.step(np.zeros((8, 2), np.float32))
 
 
 def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
@@ -210,12 +205,7 @@ def test_randomised_numbers_stay_within_the_spaces(normalise):
         {"physics": "kinematic", "stack": 2, "shaping": 1.0},
         {"learn": "everything"},
         {"learn": "weighting", "randomise": {"task.area_distance": (0.8, 1.4)}},
-        {
-            "learn": "weighting",
-            "discrete": True,
-            "controller": "learned-motion",
-            "task.n_robots": 10,
-        },
+        {"learn": "weighting", "controller": "learned-motion", "task.n_robots": 10},
     ],
 )
 @pytest.mark.parametrize("kind", ["snapshot", "deepcopy", "pickle"])
@@ -225,13 +215,7 @@ def test_a_copy_in_mid_episode_goes_on_bit_for_bit(options, kind):
     def go_on(each):
         rng, found = np.random.default_rng(3), []
         for _ in range(30):
-            shape = (2, len(env.learners), *env.action_shape)
-            actions = (
-                rng.integers(env.action_space.n, size=shape)
-                if options.get("discrete")
-                else actions_of(env, rng)
-            )
-            step = each.step(actions)
+            step = each.step(actions_of(env, rng))
             found += [step[0], step[1], each.state()]
             if step[3].any():
                 found.append(each.reset(worlds=step[3])[0])
@@ -249,12 +233,16 @@ def test_a_copy_in_mid_episode_goes_on_bit_for_bit(options, kind):
         assert_same(go_on(env), go_on(other))
 
 
-def test_a_snapshot_of_another_environment_is_refused():
-    kept = ArrayEnv("es1", 2, **SHORT).snapshot()
-    with pytest.raises(ConfigError, match="of other options"):
-        ArrayEnv("es1", 2, stack=2, **SHORT).restore(kept)
-    with pytest.raises(ConfigError):
-        ArrayEnv("es1", 3, **SHORT).restore(kept)
+@pytest.mark.parametrize(
+    "options", [{"learn": "both"}, {"stack": 2}, {"controller": "nc"}, {"n_worlds": 3}]
+)
+def test_a_snapshot_of_another_environment_is_refused_and_changes_nothing(options):
+    env, twin = (ArrayEnv("es1", 2, **SHORT) for _ in range(2))
+    for each in (env, twin):
+        each.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"of other options|cannot be restored"):
+        env.restore(ArrayEnv("es1", **{"n_worlds": 2, **SHORT, **options}).snapshot())
+    assert_same(run(env, 5, np.random.default_rng(0)), run(twin, 5, np.random.default_rng(0)))
 
 
 @pytest.mark.parametrize("learners", [0, 5, True, "epuck_9", ["epuck_0", 9], [], 1.5])

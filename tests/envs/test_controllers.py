@@ -6,21 +6,12 @@ from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.controllers import find_controller, parse_controller
 
 
-def test_a_name_stands_for_a_recipe():
-    assert find_controller("ssgiff").name == "ssgiff"
-
-
 def test_parameters_follow_the_name():
     recipe = find_controller("ssgiff:beta=0.02, refractory = 5,avoidance=literal")
     assert recipe.parameters["weighting.beta"] == 0.02
     assert recipe.parameters["estimator.refractory"] == 5.0
     assert recipe.parameters["motion.avoidance"] == "literal"
     assert find_controller("ssgiff").parameters["weighting.beta"] == 0.01
-
-
-def test_a_recipe_is_taken_as_it_is():
-    recipe = find_controller("nc")
-    assert find_controller(recipe) is recipe
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():

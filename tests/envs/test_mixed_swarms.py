@@ -17,18 +17,6 @@ def names(controller, scenario=ES1):
     return [each.name for each in find_controllers(controller, scenario).members]
 
 
-def test_a_list_of_equal_controllers_is_the_uniform_swarm(busy, sampler):
-    one = parallel_env(busy, controller="ssgiff:beta=0.02", physics="kinematic")
-    many = parallel_env(busy, controller=["ssgiff:beta=0.02"] * 10, physics="kinematic")
-    draw = sampler(one, 0)
-    first, other = one.reset(seed=3)[0], many.reset(seed=3)[0]
-    for _ in range(100):
-        for agent in one.possible_agents:
-            assert_array_equal(first[agent], other[agent])
-        actions = draw()
-        first, other = one.step(actions)[0], many.step(actions)[0]
-
-
 def test_robots_are_named_or_numbered_and_the_rest_has_the_default_or_what_the_star_says():
     some = {"epuck_0": "ssgiff", 3: "dsgiff"}
     assert names(some) == ["ssgiff", *["ssgikf"] * 2, "dsgiff", *["ssgikf"] * 6]
@@ -73,27 +61,16 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
         ({"epuck_0": "nc", 0: "nc"}, "robot 0 is given twice, by name and by number"),
         ({"epuck_0": None}, "controller=None: must be a name or a controller"),
         ([["nc"]] * 10, "must be a name or a controller"),
-        ({0: "ssgiff:beta"}, "'beta' must be parameter=value"),
+        ({10: "nc"}, "no robot named '10'"),
+        ({-1: "nc"}, "no robot named '-1'"),
+        ({True: "nc"}, "no robot named 'True'"),
+        ({"epuk_3": "nc"}, "no robot named 'epuk_3', did you mean 'epuck_3'"),
+        ({"epuck_10": "nc"}, "no robot named 'epuck_10', did you mean 'epuck_0' or 'epuck_1'"),
     ],
 )
 def test_a_mixture_that_cannot_be_used_is_refused(controller, says):
     with pytest.raises((ConfigError, UnknownNameError), match=says):
         parallel_env("es1", controller=controller)
-
-
-@pytest.mark.parametrize(
-    ("robot", "says"),
-    [
-        ("epuk_3", "no robot named 'epuk_3', did you mean 'epuck_3'"),
-        ("epuck_10", "no robot named 'epuck_10', did you mean 'epuck_0' or 'epuck_1'"),
-        (10, "no robot named '10'"),
-        (-1, "no robot named '-1'"),
-        (True, "no robot named 'True'"),
-    ],
-)
-def test_a_robot_that_there_is_not_is_answered_with_the_nearest(robot, says):
-    with pytest.raises(UnknownNameError, match=says):
-        parallel_env("es1", controller={robot: "nc"})
 
 
 def test_an_oracle_is_refused_in_any_company():
@@ -106,24 +83,27 @@ def test_an_oracle_is_refused_in_any_company():
             parallel_env("es1", controller=[oracle] * 10)
 
 
-def test_controllers_of_another_task_are_refused_in_any_company():
-    with pytest.raises(ConfigError, match="'nc' does not run on 'waypoints-05'"):
-        parallel_env("waypoints-05", controller={0: "nc"})
+CI = "boids-adaptive:estimator=covariance_intersection"
 
 
-def test_robots_that_correct_each_other_need_one_estimator():
-    other = "boids-adaptive:estimator=covariance_intersection"
-    with pytest.raises(ConfigError, match="all need the same estimator"):
-        parallel_env("waypoints-05", controller={0: other})
-    authors = "boids-adaptive:setting=authors,estimator=covariance_intersection"
-    with pytest.raises(ConfigError, match="all need the same estimator"):
-        parallel_env("waypoints-05", controller={"*": other, 0: authors})
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"controller": {0: "nc"}}, "'nc' does not run on 'waypoints-05'"),
+        ({"controller": {0: CI}}, "all need the same estimator"),
+        ({"controller": {"*": CI, 0: f"{CI},setting=authors"}}, "all need the same estimator"),
+        ({"learn": "everything", "learners": 2}, "all need the same estimator"),
+    ],
+)
+def test_robots_that_correct_each_other_need_one_estimator_of_their_task(options, says):
+    with pytest.raises(ConfigError, match=says):
+        parallel_env("waypoints-05", **options)
 
 
 def test_where_all_robots_learn_everything_there_is_no_mixture():
-    for learners in (None, 10):
+    for learners, controller in ((None, "dsgiff"), (10, {0: "nc"})):
         with pytest.raises(ConfigError, match="none runs where learn='everything' and all"):
-            parallel_env("es1", learn="everything", learners=learners, controller={0: "nc"})
+            parallel_env("es1", learn="everything", learners=learners, controller=controller)
 
 
 def test_some_robots_learn_everything_among_hand_written_ones(busy, sampler):
@@ -163,25 +143,21 @@ def test_hand_written_robots_go_on_as_if_a_learner_of_everything_were_silent(bus
     assert_array_equal(*poses)
 
 
-def test_robots_that_correct_each_other_take_no_learner_of_everything_among_them():
-    with pytest.raises(ConfigError, match="all need the same estimator"):
-        parallel_env("waypoints-05", learn="everything", learners=2)
-
-
 def test_some_robots_learn_a_correction_and_the_others_go_by_their_motion(busy):
     options = {"residual": True, "decision_period": 1, "physics": "kinematic"}
-    some = parallel_env(busy, learners=[3], **options)
-    everybody = parallel_env(busy, **options)
-    some.reset(seed=3)
-    everybody.reset(seed=3)
     still, left = np.zeros(2, np.float32), np.array([-0.5, 0.5], np.float32)
-    for _ in range(200):
-        some.step({"epuck_3": left})
-        actions = dict.fromkeys(everybody.possible_agents, still)
-        everybody.step({**actions, "epuck_3": left})
-    assert_array_equal(some.world.robots["pose"], everybody.world.robots["pose"])
-    plain = parallel_env(busy, **options)
-    plain.reset(seed=3)
-    for _ in range(200):
-        plain.step(dict.fromkeys(plain.possible_agents, still))
-    assert not np.array_equal(plain.world.robots["pose"], some.world.robots["pose"])
+    others = {f"epuck_{k}": still for k in range(10)}
+    poses = []
+    for learners, actions in (
+        ([3], {"epuck_3": left}),
+        (None, {**others, "epuck_3": left}),
+        (None, others),
+    ):
+        env = parallel_env(busy, learners=learners, **options)
+        env.reset(seed=3)
+        for _ in range(200):
+            env.step(actions)
+        poses.append(env.world.robots["pose"].copy())
+    some, everybody, plain = poses
+    assert_array_equal(some, everybody)
+    assert not np.array_equal(some, plain)
