@@ -77,22 +77,12 @@ def test_a_world_of_a_batch_is_the_parallel_env_with_its_seed(physics):
             assert set(step[3].values()) == {bool(truncated[w])}
 
 
-def test_threads_change_nothing():
-    one, two = (ArrayEnv("es1", 5, threads=n, **SHORT) for n in (1, 2))
-    for env in (one, two):
-        env.reset(seed=0)
-    assert_same(run(one, 30, np.random.default_rng(1)), run(two, 30, np.random.default_rng(1)))
-
-
 def test_worlds_that_are_reset_leave_the_others_be():
     env, twin = (ArrayEnv("es1", 3, **SHORT) for _ in range(2))
     rng = np.random.default_rng(0)
     for each in (env, twin):
         each.reset(seed=0)
-    for _ in range(4):
-        actions = actions_of(env, rng)
-        env.step(actions)
-        twin.step(actions)
+        run(each, 4, np.random.default_rng(1))
     env.reset(seed=[50], worlds=[1])
     alone = ArrayEnv("es1", 1, **SHORT)
     alone.reset(seed=50)
@@ -155,9 +145,7 @@ def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
     env.reset(seed=0, options={"task.area_distance": 1.0})
     direct = parallel_env("es1", **SHORT, **{"task.area_distance": 1.0})
     direct.reset(seed=0)
-    ahead = dict.fromkeys(env.agents, np.float32([1.0, 0.2]))
-    for _ in range(5):
-        assert_array_equal(list(env.step(ahead)[0].values()), list(direct.step(ahead)[0].values()))
+    assert_array_equal(env.state(), direct.state())
     assert env.scenario.task.area_distance == 1.0
     env.reset(seed=0)
     assert env.scenario.task.area_distance == 1.5
@@ -170,10 +158,7 @@ def test_numbers_are_drawn_anew_for_each_world_and_episode():
     env = ArrayEnv("es1", 3, randomise=ranges, **SHORT)
     _, first = env.reset(seed=0)
     _, second = env.reset()
-    for name, (low, high) in ranges.items():
-        drawn = np.concatenate([first[name], second[name]])
-        assert len(set(drawn)) == 6
-        assert ((drawn >= low) & (drawn <= high)).all()
+    assert all(len({*first[name], *second[name]}) == 6 for name in ranges)
     distances = [each.task.area_distance for each in env.world.scenarios]
     assert_array_equal(second["task.area_distance"], distances)
     _, again = env.reset(seed=0)
@@ -290,9 +275,7 @@ def test_half_weights_from_exchange_to_exchange_are_half_weights_in_every_tick(b
     half = np.zeros((1, 10, 2), np.float32)
     slow.reset(seed=0)
     quick.reset(seed=0)
-    earned = 0.0
-    for _ in range(40):
-        earned += quick.step(half)[1].sum()
+    earned = sum(quick.step(half)[1].sum() for _ in range(40))
     for _ in range(int(quick.world.worlds["ticks"][0])):
         slow.step(half)
     assert_array_equal(quick.world.robots["pose"], slow.world.robots["pose"])
@@ -305,15 +288,12 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
     for _ in range(2):
         held.step(np.zeros((2, 3, 2), np.float32))
     assert held.robot_steps == 2 * 7 * 2 * 3
-    exchanges.reset(seed=0)
     ticks = 0
-    for _ in range(5):
-        before = exchanges.world.worlds["ticks"].sum()
-        exchanges.step(np.zeros((3, 10, 2), np.float32))
-        ticks += exchanges.world.worlds["ticks"].sum() - before
-    exchanges.reset(seed=1)
-    exchanges.step(np.zeros((3, 10, 2), np.float32))
-    ticks += exchanges.world.worlds["ticks"].sum()
+    for steps in (5, 1):
+        exchanges.reset(seed=steps)
+        for _ in range(steps):
+            exchanges.step(np.zeros((3, 10, 2), np.float32))
+        ticks += exchanges.world.worlds["ticks"].sum()
     assert exchanges.robot_steps == 10 * ticks > 10 * 3 * 6
 
 
@@ -327,7 +307,7 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
     ],
 )
 def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):
-    with pytest.raises((ConfigError, KeyError), match=says):
+    with pytest.raises(ConfigError, match=says):
         ArrayEnv("es1", 1, **{"learn": "weighting", "step_on": "exchange", **options})
 
 

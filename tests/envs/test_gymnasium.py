@@ -135,16 +135,14 @@ def test_a_hand_written_layer_from_outside_leaves_the_swarm_as_it_is(learn, busy
 
 
 def test_a_single_learner_is_rewarded_for_itself_or_as_the_team_is(busy):
-    own = gym.make(SINGLE, scenario=busy, shaping=1.0)
-    team = gym.make(SINGLE, scenario=busy, shaping=1.0, reward="team")
-    everybody = gym.make(TUPLE, scenario=busy, shaping=1.0)
-    for env in (own, team, everybody):
+    def earned(made, action, **options):
+        env = gym.make(made, scenario=busy, shaping=1.0, **options)
         env.reset(seed=3)
-    still = np.zeros(2, np.float32)
-    assert own.step(still)[1] != team.step(still)[1]
-    rewards = everybody.step((4,) * 10)[1]
-    own.reset(seed=3)
-    assert own.step(still)[1] == rewards[0]
+        return env.step(action)[1]
+
+    own, still = earned(TUPLE, (4,) * 10)[0], np.zeros(2, np.float32)
+    assert earned(SINGLE, still) == own
+    assert earned(SINGLE, still, reward="team") != own
 
 
 def test_the_tuple_env_has_the_form_of_level_based_foraging():

@@ -160,11 +160,15 @@ def test_under_the_largest_weight_a_trip_of_little_worth_costs_nothing_in_its_ti
 
 
 @pytest.mark.parametrize(
-    ("nest", "prey", "most"),
-    [(1.0, 1.0, 1.5), (0.5, 1.0, 0.75), (0.25, 2.0, 0.75), (2.0, 3.0, 9.0)],
+    ("scenario", "worth", "most"),
+    [
+        (SCENARIO, 1.0, 1.5),
+        (with_worths(SCENARIO, 0.5, 1.0), 0.5, 0.75),
+        (with_worths(SCENARIO, 0.25, 2.0), 0.5, 0.75),
+        (with_worths(SCENARIO, 2.0, 3.0), 6.0, 9.0),
+    ],
 )
-def test_the_largest_weight_goes_by_the_trip_that_is_worth_least(nest, prey, most):
-    scenario = with_worths(SCENARIO, nest, prey)
+def test_the_largest_weight_goes_by_the_trip_that_is_worth_least(scenario, worth, most):
     ArrayEnv(scenario, 1, shaping=most)
-    with pytest.raises(ConfigError, match=rf"pays {nest * prey:g} - 2 w / 3 .* at most {most:g}"):
+    with pytest.raises(ConfigError, match=rf"pays {worth:g} - 2 w / 3 .* at most {most:g}"):
         ArrayEnv(scenario, 1, shaping=1.01 * most)

@@ -15,15 +15,15 @@ from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS as ESTIMATOR_PARTS
 from baselines.motion.boids import BoidsParameters
 from baselines.weighting.filter import Filter
-from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.policies import LEARNABLE
 from swarm_forage_env.waypoints.records import WORDS
 from tests.commands import parallel_env
+from tests.envs.test_layers import assert_same_run
 from tests.outside import OutsideMotion, motion_inputs, weigh
 
-SEED, TICKS = 7, 150
+SEED, SCENARIO = 7, find_scenario("waypoints-10")
 ESTIMATORS = ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
 SETTINGS = ("authors", "corrected")
 GAINS = ("goal", "static", "adaptive")
@@ -58,27 +58,9 @@ def test_what_is_observed_and_believed_is_inside_the_space(scenario, learn, cont
         observations, *_ = env.step(act())
 
 
-def assert_same_run(learn, recipe, decide):
-    """Drive one layer by `decide(records shown)`; how many corrections there were."""
-    scenario = find_scenario("waypoints-10")
-    loop = Loop(scenario, recipe, [SEED])
-    env = parallel_env(scenario, learn=learn, controller=recipe)
-    observations, _ = env.reset(seed=SEED)
-    corrections = 0
-    for tick in range(TICKS):
-        matrix = np.stack(list(observations.values()))
-        actions = decide(env.observation_layout.records(matrix))
-        observations, *_ = env.step(dict(zip(env.agents, actions, strict=True)))
-        loop.step()
-        corrections += np.count_nonzero(loop.exchange.is_valid)
-        assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
-    ours, theirs = env.array_env.loop.controller, loop.controller
-    for name in ("belief", "reckoned"):
-        assert_array_equal(ours.minds["estimator"][name], theirs.minds["estimator"][name], name)
-    assert_array_equal(ours.shared, theirs.shared, "factors")
-    for name in set(loop.world.robots.dtype.names) - {"action"}:
-        assert_array_equal(env.world.robots[name], loop.world.robots[name], name)
-    return corrections
+def corrections(learn, recipe, decide):
+    """How many there were in the same run under `decide(records shown)`."""
+    return assert_same_run(learn, SCENARIO, recipe, decide, ticks=150)[1]
 
 
 def inside(gains, estimator, setting):
@@ -87,13 +69,12 @@ def inside(gains, estimator, setting):
 
 
 def motion_of(recipe):
-    scenario = find_scenario("waypoints-10")
-    motion = OutsideMotion(recipe.motion.layer(scenario), scenario, [SEED])
+    motion = OutsideMotion(recipe.motion.layer(SCENARIO), SCENARIO, [SEED])
     return lambda seen: motion(*motion_inputs(seen, "acceleration"))
 
 
 def weighting_of(recipe):
-    own = recipe.estimator.layer(find_scenario("waypoints-10")).own_weighting
+    own = recipe.estimator.layer(SCENARIO).own_weighting
     return lambda seen: weigh(own, seen["exchange"])
 
 
@@ -101,7 +82,7 @@ def weighting_of(recipe):
 @pytest.mark.parametrize(("estimator", "setting"), list(product(ESTIMATORS[1:], SETTINGS)))
 def test_boids_from_outside_are_the_boids_inside(gains, estimator, setting):
     recipe = inside(gains, estimator, setting)
-    assert assert_same_run("motion", recipe, motion_of(recipe)) > 30
+    assert corrections("motion", recipe, motion_of(recipe)) > 30
 
 
 @pytest.mark.parametrize(("estimator", "setting"), list(product(ESTIMATORS, SETTINGS)))
@@ -112,13 +93,13 @@ def test_both_layers_from_outside_are_those_inside(estimator, setting):
     def decide(seen):
         return np.concatenate([rule(seen), motion(seen)], axis=1)
 
-    assert assert_same_run("both", recipe, decide) > 30
+    assert corrections("both", recipe, decide) > 30
 
 
 def test_no_weight_is_another_run_than_the_full_one():
     recipe = inside("adaptive", "decentralised_ekf", "corrected")
     with pytest.raises(AssertionError, match="they part at tick"):
-        assert_same_run("weighting", recipe, lambda seen: np.zeros((10, 1), np.float32))
+        corrections("weighting", recipe, lambda seen: np.zeros((10, 1), np.float32))
 
 
 def test_infos_count_claims_and_measure_the_belief_against_the_truth():

@@ -141,6 +141,19 @@ def block():
     return Block
 
 
+CROWD = {"n_robots": 15, "arena.length": 0.8, "arena.width": 0.8, "area_distance": 0.59,
+         "area_radius": 0.05}  # fmt: skip
+"""So narrow an es1 that bodies touch each other and the walls in every tick."""
+
+
+def into_the_middle(world):
+    """Wheels that drive every robot at full speed into one clump [m/s]."""
+    x, y, theta = world.state.pose.T
+    off = np.angle(np.exp(1j * (np.arctan2(-y, -x) - theta)))
+    speed = world.scenario.robot.max_speed
+    return speed * np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
+
+
 @pytest.fixture(scope="session")
 def running():
     """A block of worlds under a controller."""
@@ -171,29 +184,20 @@ def go():
 @pytest.fixture(scope="session")
 def everything():
     """All that is true, sensed, believed and drawn in one world of a running block, by name."""
-
-    def look(loop, world=0):
-        w, controller = slice(world, world + 1), loop.controller
-        found = dict(columns(loop.world.robots[w], "robots"))
-        found |= dict(columns(loop.world.worlds[w], "worlds"))
-        found |= dict(columns(controller.minds[w], "minds"))
-        return found | {"shared": controller.shared[w]}
-
-    return look
+    return lambda loop, world=0: _everything(loop, slice(world, world + 1))
 
 
 @pytest.fixture(scope="session")
 def bits():
     """All that is true, sensed, believed and drawn in a running block, by name, as bytes."""
+    return lambda loop: {name: each.tobytes() for name, each in _everything(loop).items()}
 
-    def look(loop):
-        found = dict(columns(loop.world.robots, "robots"))
-        found |= dict(columns(loop.world.worlds, "worlds"))
-        found |= dict(columns(loop.controller.minds, "minds"))
-        found |= {"shared": loop.controller.shared}
-        return {name: each.tobytes() for name, each in found.items()}
 
-    return look
+def _everything(loop, worlds=slice(None)):
+    found = dict(columns(loop.world.robots[worlds], "robots"))
+    found |= dict(columns(loop.world.worlds[worlds], "worlds"))
+    found |= dict(columns(loop.controller.minds[worlds], "minds"))
+    return found | {"shared": loop.controller.shared[worlds]}
 
 
 @pytest.fixture(scope="session")

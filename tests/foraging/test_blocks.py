@@ -1,10 +1,10 @@
-"""A world in a block is the world alone, and one seed is one trajectory."""
+"""A world in a block is the world alone, whatever was in its place before."""
 
 import numpy as np
 import pytest
 
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, REPLACE
+from tests.foraging.conftest import CROWD, into_the_middle
 
 ENGINES = ("rigid", "kinematic")
 
@@ -36,29 +36,6 @@ def test_a_world_in_a_block_is_the_world_alone(running, same, scenario, place, t
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-def test_one_seed_one_trajectory(running, same, physics):
-    first, second = running("es1", [4], physics), running("es1", [4], physics)
-    for _ in range(400):
-        first.step()
-        second.step()
-    same(first, 0, second)
-
-
-def test_other_seeds_are_other_trajectories(running):
-    block = running("es1", [4, 5])
-    pose = block.world.robots["pose"]
-    assert not np.any(pose[0] == pose[1])
-
-
-def into_the_middle(world):
-    """Wheels that drive every robot at full speed into one clump."""
-    x, y, theta = world.state.pose.T
-    off = np.angle(np.exp(1j * (np.arctan2(-y, -x) - theta)))
-    speed = world.scenario.robot.max_speed
-    return speed * np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
-
-
-@pytest.mark.parametrize("physics", ENGINES)
 def test_a_world_forgets_its_contacts_when_it_is_reset(running, go, physics):
     used = running("es1", [4], physics).world
     for _ in range(150):
@@ -73,10 +50,8 @@ def test_a_world_forgets_its_contacts_when_it_is_reset(running, go, physics):
 
 @pytest.mark.parametrize("physics", ENGINES)
 def test_a_crowded_world_in_a_block_is_the_world_alone(running, go, physics):
-    crowd = {"n_robots": 15, "arena.length": 0.8, "arena.width": 0.8, "area_distance": 0.59,
-             "area_radius": 0.05}  # fmt: skip
-    block = running("es1", [3, 1, 2], physics, **crowd).world
-    alone = running("es1", [1], physics, **crowd).world
+    block = running("es1", [3, 1, 2], physics, **CROWD).world
+    alone = running("es1", [1], physics, **CROWD).world
     for _ in range(200):
         go(block, into_the_middle(block))
         go(alone, into_the_middle(alone))
@@ -95,15 +70,3 @@ def test_a_reset_leaves_what_a_learner_does_with_the_layers(running):
     loop.world.robots["action"]["motion"][0] = REPLACE
     loop.reset([6, 7])
     assert loop.world.robots["action"]["motion"].tolist() == [[REPLACE] * 10, [KEEP] * 10]
-
-
-def test_a_block_is_reset_with_one_seed_for_each_world(running):
-    block = running("es1", [1, 2])
-    with pytest.raises(ConfigError, match=r"seeds=\[1\].*2"):
-        block.world.reset([1])
-
-
-@pytest.mark.parametrize("seed", [-1, 1.5, "one", None])
-def test_a_bad_seed_is_refused_by_name(running, seed):
-    with pytest.raises(ConfigError, match="seed="):
-        running("es1", [seed])

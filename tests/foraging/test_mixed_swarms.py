@@ -61,15 +61,6 @@ def companies():
     }
 
 
-@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
-def test_a_swarm_of_equal_controllers_is_the_uniform_swarm(same, physics):
-    copies = mixed(*(named("dsgiff", beta=0.02) for _ in range(N)))
-    uniform = run(named("dsgiff", beta=0.02), [4, 5], physics=physics)
-    same(run(copies, [4, 5], physics=physics), 0, uniform)
-    same(run(copies, [4, 5], physics=physics), 1, uniform, 1)
-    assert uniform.world.robots["messages"].sum() > 0
-
-
 def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swarm():
     compiled = named("dsgikf")
     swarm = mixed(
@@ -79,6 +70,7 @@ def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swar
         replace(compiled, motion=OUTSIDE, weighting=SGIKFInNumPy()),
     )
     one, other = run(compiled, [4, 5]), run(swarm, [4, 5])
+    assert one.world.robots["messages"].sum() > 0
     np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
     mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
     for name in ("belief", "message", "situation"):
@@ -144,9 +136,7 @@ def test_who_has_another_estimator_is_heard_and_tells_nothing():
         exchanges += loop.exchange.is_valid.sum()
     crowd = loop.controller._running[1].minds["estimator"]
     assert not np.any(crowd["belief"]["met"] == lonely)
-    assert from_lonely > 20
-    assert to_lonely > 20
-    assert exchanges > 20
+    assert min(from_lonely, to_lonely, exchanges) > 20
 
 
 def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():

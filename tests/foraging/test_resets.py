@@ -79,15 +79,8 @@ def test_room_for_neighbours_and_cells_grows_with_what_a_world_needs(same, befor
     same(block, 1, twin, 1)
 
 
-def test_one_scenario_may_be_given_for_all_worlds_that_are_reset(same):
-    block, other = Loop(busy(), CONTROLLER, SEEDS), find_scenario("es1", OTHER)
-    block.reset([1, 2, 3], scenarios=other)
-    run(50, block, fresh := Loop(other, CONTROLLER, [1, 2, 3]))
-    for w in range(3):
-        same(block, w, fresh, w)
-
-
 BAD = {
+    "three worlds, one seed": ({"seeds": [1]}, r"seeds=\[1\]: must be 3"),
     "two worlds, one seed": ({"seeds": [1], "worlds": [0, 1]}, r"seeds=\[1\]: must be 2"),
     "a world twice": ({"seeds": [1, 2], "worlds": [0, 0]}, r"worlds=\[0, 0\]: must be different"),
     "a world too many": ({"seeds": [1], "worlds": [3]}, r"worlds=\[3\]: .* from 0 to 2"),
@@ -116,16 +109,10 @@ def test_what_does_not_fit_is_refused_before_anything_changes(how, why):
     run(20, block, twin)
     with pytest.raises(ConfigError, match=why):
         block.reset(**how)
-    with pytest.raises(ConfigError):
-        block.world.reset(**{**how, "scenarios": _as_list(how.get("scenarios"))})
     run(20, block, twin)
     assert block.world.robots.tobytes() == twin.world.robots.tobytes()
     assert block.controller.minds.tobytes() == twin.controller.minds.tobytes()
     assert block.world.scenarios == twin.world.scenarios
-
-
-def _as_list(scenarios):
-    return scenarios if isinstance(scenarios, list | None) else [scenarios]
 
 
 def test_a_world_without_room_to_start_is_refused_before_anything_changes(monkeypatch):

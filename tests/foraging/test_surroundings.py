@@ -18,10 +18,9 @@ WALLS = np.array([0.815, 0.565])
 """Farthest places of a centre inside the walls."""
 
 
-def lists_of(block, world=0):
-    """The neighbours of each robot of a world, in order."""
-    near = block.near[world]
-    return [row[FIRST : FIRST + row[COUNT]].tolist() for row in near]
+def lists_of(block):
+    """The neighbours of each robot of the first world, in order."""
+    return [row[FIRST : FIRST + row[COUNT]].tolist() for row in block.near[0]]
 
 
 def close_to(places, i, reach):
@@ -51,38 +50,13 @@ def test_the_grid_finds_the_neighbours_that_comparing_everyone_finds(block, plac
     assert lists_of(robots) == lists
 
 
-def test_a_row_without_room_for_all_is_the_same_if_every_robot_finds_its_own(block):
-    places = np.random.default_rng(2).uniform(-0.15, 0.15, (30, 3))
-    robots = block(places, reach=0.2)
-    robots.near = robots.near[:, :, : FIRST + 5].copy()
-    assert robots.look_around_each() == robots.look_around() > 5
-
-
-def test_the_neighbours_in_a_world_are_the_same_in_the_same_order_in_a_block(block):
-    places = np.random.default_rng(1).uniform(-0.5, 0.5, (3, 20, 3))
-    together = block(places[0], n_worlds=3, reach=0.2)
-    together.robots["pose"] = places
-    together.look_around()
-    for world in range(3):
-        alone = block(places[world], reach=0.2)
-        alone.look_around()
-        assert lists_of(together, world) == lists_of(alone)
-
-
 def test_too_little_room_is_told_and_never_exceeded(block):
     robots = block(np.zeros((10, 3)))
     robots.near = np.full((1, 10, FIRST + 5), -7, np.int32)
-    assert robots.look_around() == 9
+    assert robots.look_around_each() == robots.look_around() == 9
     for i, row in enumerate(robots.near[0]):
         assert row[COUNT] == 5
         assert len({*row[FIRST:].tolist()} - {i, -7}) == 5
-
-
-def test_a_clump_of_all_robots_has_room():
-    world = ForagingWorld([find_scenario("es1")], [0], "kinematic")
-    world.robots["pose"] = 0.0
-    world.sense_first()
-    assert np.all(world.near[0, :, COUNT] == 9)
 
 
 @pytest.mark.parametrize("physics", ["rigid", "kinematic"])
@@ -132,12 +106,6 @@ def worst_overlap(places):
     d = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
     np.fill_diagonal(d, np.inf)
     return 2.0 * RADIUS - d.min()
-
-
-def test_two_discs_that_overlap_part(settled):
-    places, is_settled, _ = settled([(0.0, 0.0), (0.03, 0.04)])
-    np.testing.assert_allclose(places, [[-0.006, -0.008], [0.036, 0.048]], atol=1e-12)
-    assert is_settled
 
 
 @given(st.integers(0, 10_000), st.integers(2, 30), st.floats(0.05, 0.2))

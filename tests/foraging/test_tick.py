@@ -33,8 +33,10 @@ def test_a_free_robot_goes_where_its_wheels_take_it(alone, go, physics):
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-def test_the_motors_go_no_faster_than_they_can(alone, go, physics):
-    state = go(alone(physics, (0.0, 0.0, 0.0)), 5.0)
+def test_the_motors_go_no_faster_than_they_can_whatever_is_commanded(alone, go, physics):
+    state = go(alone(physics, (0.0, 0.0, 0.0)), 5.0, speaking=True)
+    np.testing.assert_allclose(state.command.wheels, 5.0 / 0.06)
+    assert state.command.is_speaking.all()
     np.testing.assert_allclose(state.pose[0, :2], [0.0129, 0.0], atol=1e-12)
     np.testing.assert_allclose(state.wheels, 0.129)
 
@@ -91,12 +93,6 @@ def test_what_a_layer_was_shown_is_not_changed_by_the_next_tick(running):
     assert loop.situation.tobytes() != before[0].tobytes()
     for each, was in zip(shown, before, strict=True):
         assert each.tobytes() == was.tobytes()
-
-
-def test_a_command_is_not_changed_by_the_world(alone, go):
-    state = go(alone("rigid", (0.0, 0.0, 0.0)), 5.0, speaking=True)
-    np.testing.assert_allclose(state.command.wheels, 5.0 / 0.06)
-    assert state.command.is_speaking.all()
 
 
 def test_only_the_worlds_that_are_asked_for_move(running, go):

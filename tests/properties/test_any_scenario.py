@@ -161,18 +161,3 @@ def test_a_swarm_stays_real_for_a_thousand_ticks(physics, scenario, driver, seed
         if tick % 10 == 0:
             check(world)
     check(world)
-
-
-@pytest.mark.parametrize("physics", list(ENGINES))
-@pytest.mark.parametrize("driver", [at_random, straight, into_a_clump, into_a_corner])
-def test_a_crowd_at_the_speed_limit_of_the_robot_stays_real(physics, driver):
-    crowd = Scenario(
-        arena={"length": 1.0, "width": 0.8},
-        task={"n_robots": 40, "area_radius": 0.05, "area_distance": 0.8, "start_radius": 0.35},
-    )
-    world, step = swarm(crowd, driver, physics, 0)
-    for tick in range(TICKS):
-        step(tick)
-        if tick % 10 == 0:
-            check(world)
-    check(world)

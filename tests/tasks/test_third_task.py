@@ -13,12 +13,12 @@ from numpy.testing import assert_array_equal
 
 from baselines.cli import run
 from baselines.evaluation import listing
-from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.task import stage_of, task_of, task_of_episode
+from swarm_forage_env.task import stage_of, task_of
+from tests.columns import check_same_bits
 from tests.commands import parallel_env
 from tests.outside import OutsideMotion
 
@@ -45,25 +45,19 @@ def test_its_scenario_belongs_to_its_task_and_takes_overrides_and_files(tmp_path
     file = tmp_path / "mine.toml"
     file.write_text('base = "patrol-1"\n[task]\ndistance = 1.0\n', encoding="utf-8")
     assert find_scenario(file).task.distance == 1.0
-    with pytest.raises(UnknownNameError, match=r"did you mean 'task\.distance'"):
-        find_scenario("patrol-1", {"task.distancee": 1.0})
 
 
 def test_its_robots_visit_places_in_turn_on_any_number_of_threads_and_alone_alike():
     block, threaded, alone = running([0, 1]), running([0, 1], threads=2), running([1])
-    for _ in range(600):
-        for loop in (block, threaded, alone):
-            loop.step()
+    for loop in (block, threaded, alone):
+        loop.run(600)
     assert (block.world.robots["visits"] >= 3).all()
     assert block.world.is_over.all()
-    for name in ("pose", "visits", "streams", "readings"):
-        assert_array_equal(block.world.robots[name], threaded.world.robots[name])
-        assert_array_equal(block.world.robots[name][1], alone.world.robots[name][0])
+    check_same_bits(block.world.robots, threaded.world.robots)
+    check_same_bits(block.world.robots[1], alone.world.robots[0])
     assert (block.world.robots["pose"][0] != block.world.robots["pose"][1]).any()
     block.reset([1, 0])
-    fresh = running([1, 0])
-    for name in ("pose", "goal", "readings"):
-        assert_array_equal(block.world.robots[name], fresh.world.robots[name])
+    check_same_bits(block.world.robots, running([1, 0]).world.robots)
 
 
 def test_its_motion_driven_from_outside_is_the_motion_inside():
@@ -129,13 +123,6 @@ def test_a_shaped_reward_is_shaped_by_its_potential():
             assert more[agent] == pytest.approx(rewards[agent] + added)
 
 
-def test_its_episodes_are_of_a_kind_of_their_own():
-    episodes = run_episodes(find_scenario("patrol-1"), find_controller("patrol-ahead"), [0, 1])
-    assert [episode.seed for episode in episodes] == [0, 1]
-    assert all(episode.visits_per_robot >= 3.0 for episode in episodes)
-    assert task_of_episode(episodes[0]).name == "patrol"
-
-
 def evaluate(out, *options):
     arguments = "evaluate", "patrol-1", "patrol-ahead", "patrol-ahead:turn=0.5", "--episodes=2"
     return run([*arguments, "--workers=1", f"--out={out}", *options])
@@ -144,6 +131,7 @@ def evaluate(out, *options):
 def test_the_command_evaluates_it_and_goes_on_from_what_is_kept(capsys, tmp_path):
     assert evaluate(tmp_path, "--format=json") == 0
     episodes = json.loads(capsys.readouterr().out)
+    assert all(each["visits_per_robot"] >= 3.0 for each in episodes[:2])
     assert [(each["controller"], each["seed"]) for each in episodes] == [
         ("patrol-ahead", 0), ("patrol-ahead", 1),
         ("patrol-ahead:turn=0.5", 0), ("patrol-ahead:turn=0.5", 1),
