@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.arrays import Array, Float64, Int8
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.record import (
     Record,
     field,
-    numbers_record,
     one_record,
     record_dtype,
-    rows,
 )
 from tests.columns import check_same_bits, columns
 
@@ -116,23 +114,6 @@ def test_a_record_may_hold_several_of_another():
     assert not made["wheels"]["speed"].any()
 
 
-def test_rows_are_the_records_of_all_worlds_with_columns_for_attributes():
-    made = Vehicle.array((2, 3), slots=1)
-    made["goal"] = [[0, 1, 2], [3, 4, 5]]
-    assert rows(made).goal.tolist() == [0, 1, 2, 3, 4, 5]
-    assert rows(made).left.speed.shape == (6,)
-    rows(made).pose[4, 0] = 8.0
-    assert made["pose"][1, 1, 0] == 8.0
-
-
-def test_numbers_are_kept_in_double_precision_in_the_shape_of_their_values():
-    dtype = numbers_record(beta=0.5, is_double=True, corners=[[0.0, 1.0], [2.0, 3.0]])
-    assert dtype.names == ("beta", "is_double", "corners", "end")
-    assert dtype["beta"] == np.float64
-    assert dtype["is_double"] == np.float64
-    assert dtype["corners"].shape == (2, 2)
-
-
 def test_numba_takes_no_numbers_for_those_that_another_record_begins_with():
     names = ["share"], ["share", "drift"], ["drift", "share"]
     for numbers in (one_record(dict.fromkeys(each, 0.5)) for each in names):
@@ -148,28 +129,3 @@ def double_share(numbers):
 @kernel
 def add_share(numbers):
     numbers.share += numbers.share
-
-
-@entry_point
-def turn_and_load(lorry, by):
-    lorry.pose[2] += by
-    lorry.load *= 2.0
-    lorry.left.speed = by
-    lorry.right.is_stuck = True
-    lorry.met[1, 0] -= 1
-
-
-@entry_point
-def all_turn_and_load(lorries, by):
-    for w in range(lorries.shape[0]):
-        for i in range(lorries.shape[1]):
-            turn_and_load(lorries[w, i], by)
-
-
-def test_a_kernel_writes_to_every_record_of_an_array():
-    made = Lorry.array((2, 2), slots=2)
-    all_turn_and_load(made, 0.5)
-    assert np.all(made["pose"] == [0.0, 0.0, 0.5])
-    assert np.all(made["load"] == 5.0)
-    assert np.all(made["left"]["speed"] == 0.5)
-    assert made["right"]["is_stuck"].all()

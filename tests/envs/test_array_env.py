@@ -28,9 +28,16 @@ def actions_of(env, rng):
     return rng.uniform(-1.0, 1.0, shape).astype(np.float32)
 
 
-def run(env, n, rng):
+def begun(n_worlds, seed=0, **options):
+    """A batch of short episodes that have begun."""
+    env = ArrayEnv("es1", n_worlds, **{**SHORT, **options})
+    env.reset(seed=seed)
+    return env
+
+
+def run(env, n):
     """What n steps give; worlds that end are reset."""
-    found = []
+    rng, found = np.random.default_rng(0), []
     for _ in range(n):
         seen, rewards, terminated, truncated, infos = env.step(actions_of(env, rng))
         assert not terminated.any()
@@ -47,9 +54,8 @@ def assert_same(one, other):
 
 
 def test_shapes_are_worlds_by_learners():
-    env = ArrayEnv("es1", 3, learners=["epuck_1", 3], shaping=1.0, **SHORT)
+    env = begun(3, learners=["epuck_1", 3], shaping=1.0)
     assert env.learners == ["epuck_1", "epuck_3"]
-    env.reset(seed=0)
     seen, rewards, terminated, truncated, infos = env.step(np.zeros((3, 2, 2), np.float32))
     assert seen.shape == (3, 2, *env.observation_space.shape)
     assert rewards.shape == infos["unshaped_reward"].shape == (3, 2)
@@ -78,14 +84,10 @@ def test_a_world_of_a_batch_is_the_parallel_env_with_its_seed(physics):
 
 
 def test_worlds_that_are_reset_leave_the_others_be():
-    env, twin = (ArrayEnv("es1", 3, **SHORT) for _ in range(2))
-    rng = np.random.default_rng(0)
+    env, twin, alone, rng = begun(3), begun(3), begun(1, seed=50), np.random.default_rng(1)
     for each in (env, twin):
-        each.reset(seed=0)
-        run(each, 4, np.random.default_rng(1))
+        run(each, 4)
     env.reset(seed=[50], worlds=[1])
-    alone = ArrayEnv("es1", 1, **SHORT)
-    alone.reset(seed=50)
     for _ in range(8):
         actions = actions_of(env, rng)
         ours, theirs = env.step(actions)[0], twin.step(actions)[0]
@@ -95,9 +97,7 @@ def test_worlds_that_are_reset_leave_the_others_be():
 
 
 def test_staggered_worlds_end_one_after_the_other():
-    env, rng = ArrayEnv("es1", 4, stagger=True, **SHORT), np.random.default_rng(0)
-    env.reset(seed=0)
-    ends = []
+    env, rng, ends = begun(4, stagger=True), np.random.default_rng(0), []
     for step in range(1, 25):
         truncated = env.step(actions_of(env, rng))[3]
         ends += [(step, int(w)) for w in np.flatnonzero(truncated)]
@@ -132,12 +132,10 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
     ],
 )
 def test_a_bad_reset_is_refused_and_changes_nothing(arguments, says):
-    env, twin = (ArrayEnv("es1", 2, **SHORT) for _ in range(2))
-    for each in (env, twin):
-        each.reset(seed=0)
+    env, twin = begun(2), begun(2)
     with pytest.raises(ConfigError, match=says):
         env.reset(**arguments)
-    assert_same(run(env, 5, np.random.default_rng(0)), run(twin, 5, np.random.default_rng(0)))
+    assert_same(run(env, 5), run(twin, 5))
 
 
 def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
@@ -155,16 +153,14 @@ def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
 
 def test_numbers_are_drawn_anew_for_each_world_and_episode():
     ranges = {"task.area_distance": (0.8, 1.4), "sensors.wheel_noise": (0.0, 0.1)}
-    env = ArrayEnv("es1", 3, randomise=ranges, **SHORT)
-    _, first = env.reset(seed=0)
-    _, second = env.reset()
+    env = begun(3, randomise=ranges)
+    (_, first), (_, second) = env.reset(seed=0), env.reset()
     assert all(len({*first[name], *second[name]}) == 6 for name in ranges)
     distances = [each.task.area_distance for each in env.world.scenarios]
     assert_array_equal(second["task.area_distance"], distances)
     _, again = env.reset(seed=0)
     assert_same(first.values(), again.values())
-    alone = ArrayEnv("es1", 1, **SHORT, **{name: first[name][1] for name in ranges})
-    alone.reset(seed=1)
+    alone = begun(1, seed=1, **{name: first[name][1] for name in ranges})
     straight = np.full((3, 4, 2), 0.3, np.float32)
     assert_array_equal(env.step(straight)[0][1], alone.step(straight[:1])[0][0])
 
@@ -195,39 +191,26 @@ def test_randomised_numbers_stay_within_the_spaces(normalise):
 )
 @pytest.mark.parametrize("kind", ["snapshot", "deepcopy", "pickle"])
 def test_a_copy_in_mid_episode_goes_on_bit_for_bit(options, kind):
-    env = ArrayEnv("es1", 2, **{**SHORT, "max_cycles": 40, **options})
-
-    def go_on(each):
-        rng, found = np.random.default_rng(3), []
-        for _ in range(30):
-            step = each.step(actions_of(env, rng))
-            found += [step[0], step[1], each.state()]
-            if step[3].any():
-                found.append(each.reset(worlds=step[3])[0])
-        return found
-
-    env.reset(seed=1)
-    go_on(env)
+    env = begun(2, max_cycles=40, **options)
+    run(env, 30)
     if kind == "snapshot":
         kept = pickle.dumps(env.snapshot())
-        first = go_on(env)
+        first = run(env, 30)
         env.restore(pickle.loads(kept))
-        assert_same(first, go_on(env))
+        assert_same(first, run(env, 30))
     else:
         other = copy.deepcopy(env) if kind == "deepcopy" else pickle.loads(pickle.dumps(env))
-        assert_same(go_on(env), go_on(other))
+        assert_same(run(env, 30), run(other, 30))
 
 
 @pytest.mark.parametrize(
     "options", [{"learn": "both"}, {"stack": 2}, {"controller": "nc"}, {"n_worlds": 3}]
 )
 def test_a_snapshot_of_another_environment_is_refused_and_changes_nothing(options):
-    env, twin = (ArrayEnv("es1", 2, **SHORT) for _ in range(2))
-    for each in (env, twin):
-        each.reset(seed=0)
+    env, twin = begun(2), begun(2)
     with pytest.raises(ConfigError, match=r"of other options|cannot be restored"):
-        env.restore(ArrayEnv("es1", **{"n_worlds": 2, **SHORT, **options}).snapshot())
-    assert_same(run(env, 5, np.random.default_rng(0)), run(twin, 5, np.random.default_rng(0)))
+        env.restore(begun(**{"n_worlds": 2, **options}).snapshot())
+    assert_same(run(env, 5), run(twin, 5))
 
 
 @pytest.mark.parametrize("learners", [0, 5, True, "epuck_9", ["epuck_0", 9], [], 1.5])
@@ -237,8 +220,7 @@ def test_learners_that_are_none_are_refused(learners):
 
 
 def test_those_who_do_not_learn_keep_their_layer():
-    some = ArrayEnv("es1", 1, learners=[2], controller="ssgiff", **SHORT)
-    some.reset(seed=0)
+    some = begun(1, learners=[2], controller="ssgiff")
     assert_array_equal(some.world.robots["action"]["motion"][0] != 0, [False, False, True, False])
     few = parallel_env("es1", learners=2, **SHORT)
     assert few.possible_agents == ["epuck_0", "epuck_1"]
@@ -283,8 +265,7 @@ def test_half_weights_from_exchange_to_exchange_are_half_weights_in_every_tick(b
 
 
 def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exchanges):
-    held = ArrayEnv("es1", 2, learners=3, decision_period=7, **SHORT)
-    held.reset(seed=0)
+    held = begun(2, learners=3, decision_period=7)
     for _ in range(2):
         held.step(np.zeros((2, 3, 2), np.float32))
     assert held.robot_steps == 2 * 7 * 2 * 3

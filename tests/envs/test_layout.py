@@ -45,7 +45,7 @@ def test_a_layout_prints_as_a_table():
 
 
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
-def test_an_observation_turns_back_into_what_the_layer_sees(learn, stacked, constant):
+def test_an_observation_turns_back_into_what_the_layer_sees(learn, constant):
     env = parallel_env(learn=learn)
     layout = pickle.loads(pickle.dumps(env.observation_layout))  # as in another process
     assert layout == env.observation_layout
@@ -53,7 +53,7 @@ def test_an_observation_turns_back_into_what_the_layer_sees(learn, stacked, cons
     still = constant(env, *[0.0] * len(env.action_layout))
     for _ in range(60):
         observations, *_ = env.step(still)
-        matrix = stacked(observations)
+        matrix = np.stack(list(observations.values()))
         loop, state = env.array_env.loop, env.world.state
         sees = {"exchange": loop.exchange, "situation": loop.situation, "heard": state.heard,
                 "readings": state.readings, "command": state.command}  # fmt: skip

@@ -32,12 +32,10 @@ def assert_same(ours, theirs, what):
 
 def assert_equal_for(steps, block, single):
     """Two resets with and without a seed, and so many random steps; how often all ended."""
-    rng, ends = np.random.default_rng(0), 0
-    box = block.action_space
-    assert box == single.action_space
-    assert block.single_action_space == single.single_action_space
-    assert block.observation_space == single.observation_space
-    assert block.single_observation_space == single.single_observation_space
+    rng, ends, box = np.random.default_rng(0), 0, block.action_space
+    for kind in ("action", "observation"):
+        for name in (f"{kind}_space", f"single_{kind}_space"):
+            assert getattr(block, name) == getattr(single, name)
     for seed in (11, None, [5, None, 3]):
         assert_same(block.reset(seed=seed), single.reset(seed=seed), f"reset with seed {seed}")
         assert block.np_random_seed == single.np_random_seed
@@ -54,11 +52,7 @@ def assert_equal_for(steps, block, single):
     [
         (SINGLE, {"learn": "motion", "shaping": 1.0, **BUSY}, "NextStep"),
         (SINGLE, {"learn": "weighting", "reward": "team", **BUSY}, "SameStep"),
-        (
-            SINGLE,
-            {"learn": "both", "decision_period": 2, "controller": "dsgiff", **BUSY},
-            "NextStep",
-        ),
+        (SINGLE, {"learn": "both", "decision_period": 2, "controller": "dsgiff"}, "NextStep"),
         (JOINT, {"learn": "motion", "shaping": 0.3, **BUSY}, "SameStep"),
         (JOINT, {"learn": "weighting", "shaping": 0.3, "reward": "team", **BUSY}, "NextStep"),
         (JOINT, {"learn": "everything"}, "NextStep"),

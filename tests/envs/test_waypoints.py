@@ -78,22 +78,18 @@ def weighting_of(recipe):
     return lambda seen: weigh(own, seen["exchange"])
 
 
+@pytest.mark.parametrize("learn", ["motion", "both"])
 @pytest.mark.parametrize("gains", GAINS)
-@pytest.mark.parametrize(("estimator", "setting"), list(product(ESTIMATORS[1:], SETTINGS)))
-def test_boids_from_outside_are_the_boids_inside(gains, estimator, setting):
-    recipe = inside(gains, estimator, setting)
-    assert corrections("motion", recipe, motion_of(recipe)) > 30
-
-
 @pytest.mark.parametrize(("estimator", "setting"), list(product(ESTIMATORS, SETTINGS)))
-def test_both_layers_from_outside_are_those_inside(estimator, setting):
-    recipe = inside("adaptive", estimator, setting)
+def test_layers_from_outside_are_those_inside(learn, gains, estimator, setting):
+    recipe = inside(gains, estimator, setting)
     rule, motion = weighting_of(recipe), motion_of(recipe)
 
     def decide(seen):
-        return np.concatenate([rule(seen), motion(seen)], axis=1)
+        weights = [rule(seen)] if learn == "both" else []
+        return np.concatenate([*weights, motion(seen)], axis=1)
 
-    assert corrections("both", recipe, decide) > 30
+    assert corrections(learn, recipe, decide) > 30
 
 
 def test_no_weight_is_another_run_than_the_full_one():

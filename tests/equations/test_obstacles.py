@@ -8,14 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.equations import obstacles, proximity
+from swarm_forage_env.equations import obstacles
 
 from_axis = entry_point(obstacles.from_axis)
 is_between = entry_point(obstacles.is_between)
 keep_out = entry_point(obstacles.keep_out)
 ray_to_capsule = entry_point(obstacles.ray_to_capsule)
-ray_to_disc = entry_point(proximity.ray_to_disc)
-
 WALL = np.array([0.0, -1.0, 0.0, 1.0, 0.1])
 """An upright wall, 20 cm thick."""
 THIN = np.array([0.0, -1.0, 0.0, 1.0, 0.0])
@@ -113,15 +111,6 @@ def test_where_a_ray_meets_a_capsule_is_its_rim_and_nothing_lies_before(capsule,
     if math.isfinite(far):
         dx, dy = from_axis(x + far * u, y + far * v, capsule)
         assert math.hypot(dx, dy) == pytest.approx(capsule[4], abs=1e-6)
-
-
-@pytest.mark.parametrize("ray", range(8))
-@pytest.mark.parametrize("place", [(0.1, 0.0), (0.08, 0.05), (-0.07, -0.03), (0.0, 0.09)])
-def test_a_disc_of_the_size_of_a_robot_is_seen_as_a_robot(ray, place):
-    radius, angle = 0.035, proximity.PROXIMITY_ANGLES[ray]
-    disc = np.array([*place, *place, radius])
-    far = ray_to_capsule(0.0, 0.0, math.cos(angle), math.sin(angle), disc) - radius
-    assert far == pytest.approx(ray_to_disc(*place, ray, radius))
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
-from tests.columns import columns
+from tests.worlds import check_same_world, everything
 
 
 @entry_point
@@ -182,37 +182,12 @@ def go():
 
 
 @pytest.fixture(scope="session")
-def everything():
-    """All that is true, sensed, believed and drawn in one world of a running block, by name."""
-    return lambda loop, world=0: _everything(loop, slice(world, world + 1))
-
-
-@pytest.fixture(scope="session")
 def bits():
     """All that is true, sensed, believed and drawn in a running block, by name, as bytes."""
-    return lambda loop: {name: each.tobytes() for name, each in _everything(loop).items()}
-
-
-def _everything(loop, worlds=slice(None)):
-    found = dict(columns(loop.world.robots[worlds], "robots"))
-    found |= dict(columns(loop.world.worlds[worlds], "worlds"))
-    found |= dict(columns(loop.controller.minds[worlds], "minds"))
-    return found | {"shared": loop.controller.shared[worlds]}
+    return lambda loop: {name: each.tobytes() for name, each in everything(loop).items()}
 
 
 @pytest.fixture(scope="session")
-def same(everything):
+def same():
     """Assert that worlds of two running blocks are in the same state, bit for bit."""
-
-    def check(loop, world, other, other_world=0):
-        mine, theirs = everything(loop, world), everything(other, other_world)
-        assert mine.keys() == theirs.keys()
-        different = [name for name in mine if not equal(mine[name], theirs[name])]
-        assert not different, f"after {loop.world.worlds['ticks'][world]} ticks"
-
-    def equal(one, other):
-        """Equal, but for slots that only one of the blocks has room for."""
-        common = tuple(slice(min(sizes)) for sizes in zip(one.shape, other.shape, strict=True))
-        return np.array_equal(one[common], other[common])
-
-    return check
+    return check_same_world

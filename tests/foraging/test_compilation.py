@@ -49,8 +49,7 @@ import resource
 loop = Loop(find_scenario("es1"), CONTROLLERS["ssgiff"], [5, 6], "rigid", threads=2)
 peak = []
 for ticks in (4000, 20000):
-    for _ in range(ticks):
-        loop.step()
+    loop.run(ticks)
     peak.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 print(peak[1] / peak[0] - 1.0)
 """

@@ -20,6 +20,7 @@ from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.scenarios import find_scenario
+from tests.worlds import check_each_is_itself
 
 NEAR = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62}
 """Numbers of es1 under which robots soon find areas and meet."""
@@ -32,8 +33,7 @@ def loop(seeds=(3,), controller="ssgikf", scenario="es1", physics="kinematic", *
 
 
 def run(found, ticks):
-    for _ in range(ticks):
-        found.step()
+    found.run(ticks)
     return found
 
 
@@ -137,28 +137,14 @@ def test_a_worn_robot_has_noisier_encoders(go):
     assert worn.faults["kinds"][..., WORN].all()
 
 
-LIARS = {"faults__liar__share": 0.3}
-
-
 @pytest.mark.parametrize("conspire", ["no", "turn", "place"])
 @pytest.mark.parametrize("physics", ["kinematic", "rigid"])
-def test_a_world_in_a_block_is_the_world_alone_also_from_a_snapshot_on(same, conspire, physics):
-    faults = LIARS | {"faults__liar__conspire": conspire, "faults__liar__probability": 0.5}
-    faults |= {"faults__stale__share": 0.2, "faults__worn__share": 0.2, "faults__dead__at": 5.0}
-    faults |= {"faults__dead__share": 0.1, "physics": physics}
-    block, alone = run(loop((5, 6, 7), **faults), 100), run(loop((6,), **faults), 300)
-    kept = block.snapshot()
-    run(block, 50)
-    block.restore(kept)
-    same(run(block, 200), 1, alone)
-
-
-def test_a_reset_under_another_scenario_has_its_faults(same):
-    plain, faulty = (find_scenario("es1", NEAR | more) for more in ({}, {"faults.liar.share": 0.3}))
-    found = run(Loop(plain, find_controller("ssgikf"), (5,), "kinematic"), 50)
-    found.reset([6], scenarios=faulty)
-    fresh = Loop(faulty, find_controller("ssgikf"), (6,), "kinematic")
-    same(run(found, 200), 0, run(fresh, 200))
+def test_a_world_in_a_block_is_the_world_alone(conspire, physics):
+    shares = {"liar": 0.3, "stale": 0.2, "worn": 0.2, "dead": 0.1}
+    faults = {f"faults.{name}.share": share for name, share in shares.items()}
+    faults |= {"faults.liar.conspire": conspire, "faults.liar.probability": 0.5}
+    world = find_scenario("es1", NEAR | faults | {"faults.dead.at": 5.0, "faults.stale.at": 15.0})
+    check_each_is_itself(world, find_controller("ssgikf"), [5, 6, 7], physics, 100)
 
 
 @pytest.mark.parametrize("name", ["liar", "stale"])

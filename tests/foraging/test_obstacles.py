@@ -18,8 +18,6 @@ RADIUS = 0.035
 UPRIGHT = (0.3, -0.5, 0.3, 0.5, 0.0)
 WALL = {"points": [[0.3, -0.4], [0.3, 0.4]], "radius": 0.01}
 DISC = {"points": [[0.0, 0.4]], "radius": 0.1}
-TRIANGLE = {"points": [[-0.3, -0.5], [0.3, -0.5], [0.0, -0.3]], "is_closed": True}
-ENGINES = ["rigid", "kinematic"]
 AREAS = [
     {"kind": "nest", "centre": [-0.7, 0.0]},
     {"centre": [0.7, 0.3], "moves_at": 1.0, "moves_to": [0.7, -0.3]},
@@ -67,24 +65,6 @@ def test_touching_an_obstacle_is_an_event():
         env.world.robots["pose"][0, 0] = x, 0.0, 0.0
         reward = env.step(np.array([[[-1.0, 0.0]]], np.float32))[1]
         assert bool(reward[0, 0] > 0) == touched
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-def test_a_world_goes_on_from_a_snapshot_and_takes_other_obstacles_at_a_reset(physics, bits):
-    loop = Loop([es1_with(WALL), es1_with()], CONTROLLERS["ssgikf"], [0, 1], physics)
-    for _ in range(100):
-        loop.step()
-    kept = loop.snapshot()
-    for _ in range(100):
-        loop.step()
-    expected = bits(loop)
-    loop.reset([7], [1], [es1_with(DISC, TRIANGLE, WALL)])
-    assert loop.world.worlds["n_obstacles"].tolist() == [1, 5]
-    loop.step()
-    loop.restore(kept)
-    for _ in range(100):
-        loop.step()
-    assert bits(loop) == expected
 
 
 def test_numbers_are_randomised_beside_obstacles():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from swarm_forage_env.epuck.records import LOSS, RADIO, SLOT
 from swarm_forage_env.equations.radio import mean_board_range
 
 NO_LOSS = {"loss_near": 0.0, "loss_far": 0.0}
@@ -56,15 +55,6 @@ def test_of_more_messages_than_slots_each_is_heard_equally_often(block, believab
     # Four of seven without repeats vary less than independent draws: the factor is 1 - 3/6.
     chi2 = np.sum((counts[1:] - 4000 * 4 / 7) ** 2) / (4000 * 4 / 7)
     believable(stats.chi2(6).sf(chi2 / 0.5))
-
-
-def test_messages_are_drawn_measured_and_chosen_from_streams_of_their_own(block):
-    crowd = [(0, 0, 0), *((0.1 * math.cos(a), 0.1 * math.sin(a), 0) for a in range(6))]
-    robots = block(crowd)
-    before = robots.state.streams.copy()
-    robots.listen()
-    moved = np.flatnonzero((robots.state.streams != before).any(axis=0))
-    assert moved.tolist() == [LOSS, SLOT, RADIO]
 
 
 def test_nobody_has_spoken_after_a_reset(running, go):

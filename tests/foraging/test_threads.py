@@ -3,7 +3,6 @@
 import pytest
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import chunks
 
 ENGINES = ("rigid", "kinematic")
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02}
@@ -17,8 +16,7 @@ def test_the_same_bits_on_any_number_of_threads(running, bits, physics):
     found = []
     for threads in (1, 2, 3, 7, 20):
         loop = running("es1", SEEDS, physics, "dsgikf", threads, duration=60.0, **BUSY)
-        for _ in range(TICKS):
-            loop.step()
+        loop.run(TICKS)
         found.append(bits(loop))
     assert all(each == found[0] for each in found)
     assert loop.world.robots["messages"].sum() > 0
@@ -29,8 +27,7 @@ def test_the_same_bits_on_any_number_of_threads(running, bits, physics):
 def test_a_reset_starts_the_same_on_any_number_of_threads(running, bits, threads):
     alone = running("es1", [3, 9], "kinematic", "dsgikf", threads=1)
     used = running("es1", [1, 2], "kinematic", "dsgikf", threads=threads)
-    for _ in range(50):
-        used.step()
+    used.run(50)
     used.reset([3, 9])
     assert bits(used) == bits(alone)
 
@@ -41,16 +38,6 @@ def test_two_blocks_share_the_threads_of_a_pool(running, bits):
         for loop in blocks:
             loop.step()
     assert bits(blocks[0]) == bits(blocks[1])
-
-
-@pytest.mark.parametrize("n_worlds", [1, 2, 5, 30])
-@pytest.mark.parametrize("threads", [1, 2, 3, 40])
-def test_every_world_is_in_one_chunk_and_all_chunks_are_about_as_long(n_worlds, threads):
-    parts = chunks(n_worlds, threads)
-    assert [w for first, last in parts for w in range(first, last)] == list(range(n_worlds))
-    sizes = [last - first for first, last in parts]
-    assert len(sizes) == min(threads, n_worlds)
-    assert max(sizes) - min(sizes) <= 1
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, "2", True, None])

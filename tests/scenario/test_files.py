@@ -47,16 +47,8 @@ def test_a_file_without_base_is_refused_with_the_line_that_it_lacks(file, text):
     ("text", "kind", "parts"),
     [
         ("[radio\n", ConfigError, ["mine.toml", "line 1"]),
-        (
-            BASE + "[radio]\nmaxrange = 1.0\n",
-            UnknownNameError,
-            ["radio.maxrange", "'radio.max_range'"],
-        ),
-        (
-            BASE + "[radio]\nmax_range = -1.0\n",
-            ConfigError,
-            ["radio.max_range=-1.0", "greater than 0"],
-        ),
+        (BASE + "[radio]\nmaxrange = 1.0\n", UnknownNameError, ["radio.maxrange", "max_range'"]),
+        (BASE + "[radio]\nmax_range = -1.0\n", ConfigError, ["radio.max_range=-1.0", "than 0"]),
         (BASE + '[task]\nn_robots = "ten"\n', ConfigError, ["task.n_robots='ten'", "integer"]),
         (BASE + "radio = 3\n", UnknownNameError, ["'radio'"]),
         ('base = "es9"\n', UnknownNameError, ["no scenario named 'es9'", "did you mean"]),

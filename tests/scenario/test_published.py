@@ -3,7 +3,6 @@
 import math
 import re
 
-import numpy as np
 import pytest
 
 from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
@@ -63,18 +62,6 @@ def test_the_real_robots_differ_in_their_speed_and_in_what_an_exchange_takes_onl
     )
     back["cruise_speed"] = simulated.robot.cruise_speed
     assert find_scenario(real, back | {"name": "es1"}) == simulated
-
-
-@pytest.mark.parametrize("name", TABLE)
-def test_the_areas_lie_on_the_long_axis_inside_the_walls_and_outside_the_start(name):
-    scenario = find_scenario(name)
-    nest, prey = scenario.areas
-    assert nest[1] == prey[1] == 0.0
-    assert np.hypot(*(prey - nest)) == pytest.approx(scenario.task.area_distance)
-    assert nest[0] == -prey[0]
-    radius = scenario.task.area_radius
-    assert prey[0] + radius <= 0.5 * scenario.arena.length
-    assert prey[0] - radius >= scenario.task.start_radius
 
 
 @pytest.mark.parametrize("part", [Arena, Robot, Sensors, Radio, Task, Scenario])

@@ -179,7 +179,7 @@ def exported(controller, target, folder):
     return vectors
 
 
-@pytest.mark.parametrize("controller", [*EXPORTED, "covariance", *NETWORKS])
+@pytest.mark.parametrize("controller", [*EXPORTED, *NETWORKS])
 @needs("gcc")
 def test_a_robot_alone_commands_what_it_does_in_the_swarm(controller, tmp_path):
     vectors = exported(controller, "x86-64", tmp_path)
@@ -223,6 +223,7 @@ def test_a_robot_alone_commands_the_same_in_web_assembly(controller, tmp_path):
     [("global", "it knows the truth"), ("boids-adaptive", "pair of robots")],
 )
 def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
+    assert ExportedRobot(find_layered_controller("covariance"), find_scenario("es1")).n_robots == 10
     with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
         ExportedRobot(find_layered_controller(name), find_scenario("es1"))
 

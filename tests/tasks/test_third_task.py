@@ -18,18 +18,14 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import stage_of, task_of
-from tests.columns import check_same_bits
 from tests.commands import parallel_env
 from tests.outside import OutsideMotion
+from tests.worlds import check_each_is_itself
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("swarm_forage_env", "baselines", "training")
 
 pytestmark = pytest.mark.usefixtures("patrol")
-
-
-def running(seeds, threads=1):
-    return Loop(find_scenario("patrol-1"), find_controller("patrol-ahead"), seeds, threads=threads)
 
 
 def test_no_file_of_the_packages_names_it():
@@ -47,21 +43,16 @@ def test_its_scenario_belongs_to_its_task_and_takes_overrides_and_files(tmp_path
     assert find_scenario(file).task.distance == 1.0
 
 
-def test_its_robots_visit_places_in_turn_on_any_number_of_threads_and_alone_alike():
-    block, threaded, alone = running([0, 1]), running([0, 1], threads=2), running([1])
-    for loop in (block, threaded, alone):
-        loop.run(600)
+def test_its_robots_visit_places_in_turn_in_a_block_and_alone_alike():
+    scenario, controller = find_scenario("patrol-1"), find_controller("patrol-ahead")
+    block = check_each_is_itself(scenario, controller, [0, 1], ticks=300)
     assert (block.world.robots["visits"] >= 3).all()
     assert block.world.is_over.all()
-    check_same_bits(block.world.robots, threaded.world.robots)
-    check_same_bits(block.world.robots[1], alone.world.robots[0])
     assert (block.world.robots["pose"][0] != block.world.robots["pose"][1]).any()
-    block.reset([1, 0])
-    check_same_bits(block.world.robots, running([1, 0]).world.robots)
 
 
 def test_its_motion_driven_from_outside_is_the_motion_inside():
-    loop = running([5])
+    loop = Loop(find_scenario("patrol-1"), find_controller("patrol-ahead"), [5])
     env = parallel_env("patrol-1", learn="motion")
     observations, infos = env.reset(seed=5)
     assert env.agents == [f"guard_{k}" for k in range(4)]
@@ -84,9 +75,8 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
     assert earned == sum(info["visits"] for info in infos.values()) > 0.0
 
 
-@pytest.mark.parametrize("kind", ["ES1-v2", "ES1-Joint-v2"])
-def test_gymnasium_runs_several_worlds_of_it(kind):
-    envs = gym.make_vec(f"swarm_forage_env:SwarmForage/{kind}", num_envs=2, scenario="patrol-1")
+def test_gymnasium_runs_several_worlds_of_it():
+    envs = gym.make_vec("SwarmForage/ES1-Joint-v2", num_envs=2, scenario="patrol-1")
     observations, _ = envs.reset(seed=3)
     assert observations.shape == envs.observation_space.shape
     envs.action_space.seed(0)

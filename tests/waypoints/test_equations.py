@@ -55,11 +55,6 @@ def robots_with(rows, **columns):
 WORLD = world_with()
 DT = 0.5
 
-SPEEDS = st.floats(0.01, 0.5)
-ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
-SHARES = st.floats(-1.0, 1.0)
-METRES = st.floats(-10.0, 10.0)
-
 
 @pytest.mark.parametrize(
     ("speed", "ahead", "left", "expected"),
@@ -82,13 +77,6 @@ def test_an_acceleration_changes_speed_by_its_share_and_course_by_its_angle_with
     assert limited(speed, ahead, left, WORLD) == pytest.approx(expected)
 
 
-@given(SPEEDS, SHARES, SHARES)
-def test_no_acceleration_leads_out_of_the_limits(speed, ahead, left):
-    fast, turn = limited(speed, ahead, left, WORLD)
-    assert 0.01 <= fast <= 0.5
-    assert -1.0 <= turn <= 1.0
-
-
 @pytest.mark.parametrize(
     ("theta", "speed", "turn", "expected"),
     [
@@ -101,14 +89,6 @@ def test_no_acceleration_leads_out_of_the_limits(speed, ahead, left):
 )
 def test_a_robot_turns_first_and_then_goes_straight(theta, speed, turn, expected):
     assert turn_then_go(1.0, 2.0, theta, speed, turn, DT) == pytest.approx(expected)
-
-
-@given(METRES, METRES, ANGLES, SPEEDS, SHARES)
-def test_a_tick_covers_its_speed_times_its_time_in_the_new_direction(x, y, theta, speed, turn):
-    after = turn_then_go(x, y, theta, speed, turn, DT)
-    assert math.hypot(after[0] - x, after[1] - y) == pytest.approx(speed * DT, abs=1e-12)
-    assert abs(wrap(math.atan2(after[1] - y, after[0] - x) - after[2])) < 1e-9
-    assert -math.pi <= after[2] < math.pi
 
 
 def check_standard_normals(errors, believable):
@@ -227,12 +207,12 @@ def test_the_fix_is_normal_about_the_pose(fresh, believable):
     check_standard_normals(((fix - pose) / 0.1).T, believable)
 
 
-def judged(claim, pose, goal, streams, tolerance=0.2, half_side=5.0):
+def judged(claim, pose, goal, streams, tolerance=0.2):
     """Counters of right and wrong claims, rewards and goals afterwards."""
     robots = robots_with(len(claim), pose=pose, goal=goal, right=3, wrong=4, reward=9.0)
     robots.command.claim[:] = claim
     robots.streams[:, GOAL] = streams
-    world = world_with(tolerance=tolerance, half_side=half_side)
+    world = world_with(tolerance=tolerance, half_side=5.0)
     for robot in robots:
         judge_claim(robot, world)
     streams[:] = robots.streams[:, GOAL]
@@ -252,11 +232,8 @@ def test_a_claim_is_right_within_the_tolerance_and_only_claimers_get_new_goals(f
     assert_array_equal((after != goal).all(axis=1), claim)
     assert_array_equal(after[2:], goal[2:])
     assert_array_equal(streams != before, claim)
-
-
-def test_a_goal_at_the_tolerance_is_not_reached(fresh):
-    right, wrong, reward, _ = judged([True], [[0.0, 0.0, 0.0]], [[0.25, 0.0]], fresh(1), 0.25)
-    assert (right, wrong, reward) == ([3], [5], [0.0])
+    at_the_tolerance = judged([True], [[0.0, 0.0, 0.0]], [[0.25, 0.0]], fresh(1), 0.25)
+    assert at_the_tolerance[:3] == ([3], [5], [0.0])
 
 
 def test_new_goals_are_uniform_in_the_square(fresh, believable):
