@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.arrays import Array, Float64, Int8
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.record import (
     Record,
     field,
-    numbers_record,
     one_record,
     record_dtype,
-    rows,
 )
 from tests.columns import check_same_bits, columns
 
@@ -50,31 +48,18 @@ def test_records_are_compared_by_the_bits_of_their_fields_whatever_the_gaps_hold
         check_same_bits(one, other)
 
 
-def test_a_dtype_has_the_fields_in_their_order():
-    dtype = Vehicle.dtype(slots=3)
-    assert dtype.names == ("pose", "goal", "left", "right", "met")
+@pytest.mark.parametrize("slots", [0, 3])
+def test_a_dtype_has_aligned_fields_in_their_order_those_of_base_classes_last(slots):
+    dtype = Lorry.dtype(slots=slots, robots=5)  # of an axis that it does not have
+    assert dtype.names == ("load", "pose", "goal", "left", "right", "met")
     assert dtype["pose"] == np.dtype((np.float64, (3,)))
     assert dtype["goal"] == np.int8
     assert dtype["left"].names == ("speed", "is_stuck")
-
-
-def test_fields_of_base_classes_come_last():
-    assert [*Lorry.fields] == ["load", *Vehicle.fields]
-    assert "load" not in Vehicle.fields
-    assert Lorry.dtype(slots=1).names == ("load", *Vehicle.dtype(slots=1).names)
-
-
-def test_a_first_value_may_be_an_array():
-    class Cornered(Record):
-        corner: Float64[Array, "2"] = field(np.float64, 2, start=(1.0, 2.0))
-
-    assert Cornered.array((2, 3))["corner"].tolist() == [[[1.0, 2.0]] * 3] * 2
-
-
-@pytest.mark.parametrize("slots", [0, 1, 4])
-def test_a_named_axis_gets_its_size_with_the_dtype(slots):
-    assert Vehicle.dtype(slots=slots)["met"].shape == (slots, 2)
-    assert Vehicle.array((2,), slots=slots)["met"].shape == (2, slots, 2)
+    assert dtype["met"].shape == (slots, 2)
+    assert dtype.isalignedstruct
+    assert dtype["left"].isalignedstruct
+    assert dtype.fields["left"][1] % np.dtype(np.float64).alignment == 0
+    assert Vehicle.dtype(slots=slots).names == dtype.names[1:]
 
 
 def test_a_named_axis_without_a_size_is_refused():
@@ -82,22 +67,17 @@ def test_a_named_axis_without_a_size_is_refused():
         Vehicle.dtype()
 
 
-def test_sizes_of_axes_that_a_record_does_not_have_are_let_be():
-    assert Wheel.dtype(slots=3, robots=5) == Wheel.dtype()
+def test_an_array_starts_with_the_first_values_nested_records_with_those_of_their_class():
+    class Loaded(Lorry):
+        corner: Float64[Array, "2"] = field(np.float64, 2, start=(1.0, 2.0))
+        towed: Vehicle = field(Vehicle)
 
-
-def test_fields_are_aligned_as_a_compiler_wants_them():
-    dtype = Vehicle.dtype(slots=1)
-    assert dtype.isalignedstruct
-    assert dtype.fields["left"][1] % np.dtype(np.float64).alignment == 0
-    assert dtype["left"].isalignedstruct
-
-
-def test_an_array_starts_with_the_first_values():
-    made = Lorry.array((2, 3), slots=4)
+    made = Loaded.array((2, 3), slots=4)
     assert made.shape == (2, 3)
+    assert np.all(made["corner"] == [1.0, 2.0])
     assert np.all(made["goal"] == -1)
-    assert np.all(made["met"] == 7)
+    assert np.all(made["towed"]["met"] == 7)
+    assert made["met"].shape == (2, 3, 4, 2)
     assert np.all(made["load"] == 2.5)
     assert np.all(made["pose"] == 0.0)
     assert not made["left"]["is_stuck"].any()
@@ -124,19 +104,6 @@ def test_a_restart_leaves_the_columns_that_others_have_added():
     assert made["speed"].tolist() == [0.0, 0.0]
 
 
-def test_a_nested_record_has_the_first_values_of_its_own_class():
-    class Stuck(Wheel):
-        pressure: float = field(np.float64, start=3.0)
-
-    class Cart(Record):
-        wheel: Stuck = field(Stuck)
-        inner: Vehicle = field(Vehicle)
-
-    made = Cart.array((2,), slots=2)
-    assert made["wheel"]["pressure"].tolist() == [3.0, 3.0]
-    assert np.all(made["inner"]["met"] == 7)
-
-
 def test_a_record_may_hold_several_of_another():
     made = Trailer.array((2,))
     assert made["wheels"].shape == (2, 4)
@@ -145,23 +112,6 @@ def test_a_record_may_hold_several_of_another():
     Trailer.restart(made)
     assert made["start_speed"].tolist() == [1.0, 1.0]
     assert not made["wheels"]["speed"].any()
-
-
-def test_rows_are_the_records_of_all_worlds_with_columns_for_attributes():
-    made = Vehicle.array((2, 3), slots=1)
-    made["goal"] = [[0, 1, 2], [3, 4, 5]]
-    assert rows(made).goal.tolist() == [0, 1, 2, 3, 4, 5]
-    assert rows(made).left.speed.shape == (6,)
-    rows(made).pose[4, 0] = 8.0
-    assert made["pose"][1, 1, 0] == 8.0
-
-
-def test_numbers_are_kept_in_double_precision_in_the_shape_of_their_values():
-    dtype = numbers_record(beta=0.5, is_double=True, corners=[[0.0, 1.0], [2.0, 3.0]])
-    assert dtype.names == ("beta", "is_double", "corners", "end")
-    assert dtype["beta"] == np.float64
-    assert dtype["is_double"] == np.float64
-    assert dtype["corners"].shape == (2, 2)
 
 
 def test_numba_takes_no_numbers_for_those_that_another_record_begins_with():
@@ -179,28 +129,3 @@ def double_share(numbers):
 @kernel
 def add_share(numbers):
     numbers.share += numbers.share
-
-
-@entry_point
-def turn_and_load(lorry, by):
-    lorry.pose[2] += by
-    lorry.load *= 2.0
-    lorry.left.speed = by
-    lorry.right.is_stuck = True
-    lorry.met[1, 0] -= 1
-
-
-@entry_point
-def all_turn_and_load(lorries, by):
-    for w in range(lorries.shape[0]):
-        for i in range(lorries.shape[1]):
-            turn_and_load(lorries[w, i], by)
-
-
-def test_a_kernel_writes_to_every_record_of_an_array():
-    made = Lorry.array((2, 2), slots=2)
-    all_turn_and_load(made, 0.5)
-    assert np.all(made["pose"] == [0.0, 0.0, 0.5])
-    assert np.all(made["load"] == 5.0)
-    assert np.all(made["left"]["speed"] == 0.5)
-    assert made["right"]["is_stuck"].all()

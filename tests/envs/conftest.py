@@ -15,12 +15,6 @@ def busy():
 
 
 @pytest.fixture
-def stacked():
-    """Observations of all agents as a matrix, a row for each robot."""
-    return lambda observations: np.stack(list(observations.values()))
-
-
-@pytest.fixture
 def constant():
     """The same action for every agent of an environment."""
 

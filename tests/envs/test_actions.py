@@ -3,48 +3,13 @@
 import numpy as np
 import pytest
 from gymnasium.spaces import Box, Discrete
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
-from swarm_forage_env.equations.differential_drive import drive_to_wheels
-from swarm_forage_env.equations.steering import drive_to_pull
 from swarm_forage_env.scenarios import find_scenario
 from training.policy_controller import policy_controller
 
 FEW = {"task.n_robots": 3, "physics": "kinematic"}
-unit = st.floats(-1.0, 1.0, width=32)
-
-
-@pytest.mark.parametrize(
-    ("speed", "turn", "wheels"),
-    [
-        (0.0, 0.0, (1.0, 1.0)),
-        (-0.5, 0.0, (0.5, 0.5)),
-        (-1.0, 0.0, (0.0, 0.0)),
-        (1.0, 0.0, (1.0, 1.0)),
-        (-1.0, 1.0, (-0.3, 0.3)),
-        (1.0, -1.0, (1.0, 0.7 / 1.3)),
-    ],
-)
-def test_a_speed_and_a_turn_are_these_wheels(speed, turn, wheels):
-    assert_allclose(drive_to_wheels(speed, turn, 0.3), wheels)
-
-
-@given(speed=unit, turn=unit, sharpest=st.floats(0.01, 1.0))
-def test_no_wheel_turns_faster_than_the_cruise_speed(speed, turn, sharpest):
-    left, right = drive_to_wheels(speed, turn, sharpest)
-    assert max(abs(left), abs(right)) <= 1.0 + 1e-12
-    assert (right >= left) == (turn >= 0.0) or left == right
-
-
-@pytest.mark.parametrize(
-    ("strength", "turn", "pull"),
-    [(-1.0, 0.5, (0.0, 0.0)), (1.0, 0.0, (1.0, 0.0)), (1.0, 1.0, (np.cos(0.5), np.sin(0.5)))],
-)
-def test_a_strength_and_a_turn_are_this_pull(strength, turn, pull):
-    assert_allclose(drive_to_pull(strength, turn, 0.5 / np.pi), pull, atol=1e-12)
 
 
 def wheels_after(given, **options):
@@ -61,17 +26,14 @@ def test_the_usual_action_is_a_drive_and_wheels_are_wheels():
     assert_allclose(wheels_after([-1.0, 0.25], action="wheels"), [-1.0, 0.25])
 
 
-def test_normalised_weights_lie_about_a_half():
+def test_normalised_weights_lie_about_a_half_and_others_from_zero_to_one():
+    si = ArrayEnv("es1", 1, learn="weighting", normalise=False, **FEW)
+    assert si.action_space == Box(0.0, 1.0, (2,))
     env = ArrayEnv("es1", 1, learn="weighting", **FEW)
     assert env.action_space == Box(-1.0, 1.0, (2,))
     env.reset(0)
     env.step(np.full((1, 3, 2), 0.5, np.float32))
     assert_allclose(env.world.robots["action"]["weight"][0], 0.75)
-
-
-def test_si_weights_lie_in_zero_to_one():
-    env = ArrayEnv("es1", 1, learn="weighting", normalise=False, **FEW)
-    assert env.action_space == Box(0.0, 1.0, (2,))
 
 
 @pytest.mark.parametrize(
@@ -122,10 +84,8 @@ def test_a_robot_says_nothing_or_one_of_four_words():
     [
         ({"action": "wheel"}, UnknownNameError, "no form of action named 'wheel', did you mean"),
         ({"action": "drive", "residual": True}, ConfigError, "take action='wheels'"),
-        ({"discrete": (100, 100)}, ConfigError, "makes 10000 actions; at most 4096"),
         ({"discrete": (0, 3)}, ConfigError, "discrete"),
         ({"discrete": 3}, ConfigError, "discrete"),
-        ({"sharpest_turn": 0.0}, ConfigError, r"sharpest_turn=0\.0"),
         ({"sharpest_turn": 1.5}, ConfigError, r"sharpest_turn=1\.5"),
     ],
 )
@@ -143,7 +103,6 @@ def test_a_form_that_cannot_be_had_is_refused(options, error, says):
         ({"discrete": (10**400, 10**5000)}, "makes <int of thousands of digits> actions"),
         ({"discrete": (20, 200), "learn": "both"}, "makes 36000 actions; at most 4096"),
         ({"stack": 1001}, "stack=1001: must be at most 1000, as a network has an input for each"),
-        ({"stack": 10**9}, "stack=1000000000: must be at most 1000"),
         ({"stack": 10**5000}, "stack=<int of thousands of digits>: must be at most 1000"),
     ],
 )
@@ -155,7 +114,7 @@ def test_a_size_without_measure_is_refused_before_anything_is_built(options, say
         policy.check_usable(find_scenario("es1"))
 
 
-@pytest.mark.parametrize("bad", [-1, 5, 1.0, None, [0, 1]])
+@pytest.mark.parametrize("bad", [-1, 5, 1.0, None, [10**5000], [[0, 1], [0]]])
 def test_a_choice_that_is_none_is_refused_by_name(bad):
     env = parallel_env("es1", discrete=True, **FEW)
     env.reset(seed=0)

@@ -1,13 +1,20 @@
-"""Controllers by name, with parameters."""
+"""Controllers by name, with parameters: of all robots, or of each by name, number or in a list."""
 
+import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
-from swarm_forage_env import ConfigError, UnknownNameError
-from swarm_forage_env.controllers import find_controller, parse_controller
+from swarm_forage_env import ConfigError, UnknownNameError, find_scenario
+from swarm_forage_env.controllers import find_controller, find_controllers, parse_controller
+from swarm_forage_env.registry import CONTROLLERS
+from tests.commands import parallel_env
+
+ES1 = find_scenario("es1")
 
 
-def test_a_name_stands_for_a_recipe():
-    assert find_controller("ssgiff").name == "ssgiff"
+def names(controller, scenario=ES1):
+    """What drives each robot of a mixed swarm."""
+    return [each.name for each in find_controllers(controller, scenario).members]
 
 
 def test_parameters_follow_the_name():
@@ -16,11 +23,6 @@ def test_parameters_follow_the_name():
     assert recipe.parameters["estimator.refractory"] == 5.0
     assert recipe.parameters["motion.avoidance"] == "literal"
     assert find_controller("ssgiff").parameters["weighting.beta"] == 0.01
-
-
-def test_a_recipe_is_taken_as_it_is():
-    recipe = find_controller("nc")
-    assert find_controller(recipe) is recipe
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
@@ -40,3 +42,149 @@ def test_a_text_of_another_form_is_refused(text):
 def test_a_value_that_does_not_fit_is_refused(value):
     with pytest.raises(ConfigError, match=f"beta='{value}'"):
         find_controller(f"ssgiff:beta={value}")
+
+
+def test_robots_are_named_or_numbered_and_the_rest_has_the_default_or_what_the_star_says():
+    some = {"epuck_0": "ssgiff", 3: "dsgiff"}
+    assert names(some) == ["ssgiff", *["ssgikf"] * 2, "dsgiff", *["ssgikf"] * 6]
+    assert names({"*": "nc", **some}) == ["ssgiff", *["nc"] * 2, "dsgiff", *["nc"] * 6]
+    assert find_controllers({}, ES1) is CONTROLLERS["ssgikf"]
+    assert find_controllers(None, ES1) is CONTROLLERS["ssgikf"]
+    assert find_controllers({"*": CONTROLLERS["nc"]}, ES1) is CONTROLLERS["nc"]
+    waypoints = find_scenario("waypoints-05")
+    assert names({"create_4": "boids-goal"}, waypoints) == ["boids-adaptive"] * 4 + ["boids-goal"]
+
+
+def test_a_mixed_swarm_tells_how_many_robots_have_each_controller():
+    found = find_controllers({"epuck_0": "ssgiff", "*": "dsgiff-penalised"}, ES1)
+    assert found.name == "1 ssgiff, 9 dsgiff-penalised"
+    assert found.talks
+    assert not find_controllers({"*": "nc", 0: "nc:pause=1"}, ES1).talks
+    changed = found.with_parameters({"beta": 0.5})
+    assert {each.weighting.beta for each in changed.members} == {0.5}
+
+
+@pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
+@pytest.mark.parametrize("scenario", ["es1", "waypoints-05"])
+def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scenario, sampler):
+    mixture = {0: "boids-goal"} if scenario == "waypoints-05" else {0: "sikf", 1: "dsgiff"}
+    env = parallel_env(scenario, learn=learn, controller=mixture, physics="kinematic")
+    env.reset(seed=1)
+    draw = sampler(env, 0)
+    for _ in range(100):
+        observations, _, _, _, infos = env.step(draw())
+        for agent, observed in observations.items():
+            assert env.observation_space(agent).contains(observed)
+        assert env.state_space.contains(env.state())
+    assert set(infos) == set(observations)
+
+
+@pytest.mark.parametrize(
+    ("controller", "says"),
+    [
+        (["ssgikf"] * 9, "9 controllers given for the 10 robots of 'es1': must be one for each"),
+        ([], "0 controllers given for the 10 robots"),
+        ({"epuck_0": "oracle-weighting"}, "no controller named 'oracle-weighting'|ground truth"),
+        ({"epuck_0": "nc", 0: "nc"}, "robot 0 is given twice, by name and by number"),
+        ({"epuck_0": None}, "controller=None: must be a name or a controller"),
+        ([["nc"]] * 10, "must be a name or a controller"),
+        ({10: "nc"}, "no robot named '10'"),
+        ({-1: "nc"}, "no robot named '-1'"),
+        ({True: "nc"}, "no robot named 'True'"),
+        ({"epuk_3": "nc"}, "no robot named 'epuk_3', did you mean 'epuck_3'"),
+        ({"epuck_10": "nc"}, "no robot named 'epuck_10', did you mean 'epuck_0' or 'epuck_1'"),
+    ],
+)
+def test_a_mixture_that_cannot_be_used_is_refused(controller, says):
+    with pytest.raises((ConfigError, UnknownNameError), match=says):
+        parallel_env("es1", controller=controller)
+
+
+def test_an_oracle_is_refused_in_any_company():
+    from baselines.oracles.controllers import NAMED
+
+    for oracle in NAMED:
+        with pytest.raises(ConfigError, match="knows the ground truth"):
+            parallel_env("es1", controller={2: oracle})
+        with pytest.raises(ConfigError, match="knows the ground truth"):
+            parallel_env("es1", controller=[oracle] * 10)
+
+
+CI = "boids-adaptive:estimator=covariance_intersection"
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"controller": {0: "nc"}}, "'nc' does not run on 'waypoints-05'"),
+        ({"controller": {0: CI}}, "all need the same estimator"),
+        ({"controller": {"*": CI, 0: f"{CI},setting=authors"}}, "all need the same estimator"),
+        ({"learn": "everything", "learners": 2}, "all need the same estimator"),
+    ],
+)
+def test_robots_that_correct_each_other_need_one_estimator_of_their_task(options, says):
+    with pytest.raises(ConfigError, match=says):
+        parallel_env("waypoints-05", **options)
+
+
+def test_where_all_robots_learn_everything_there_is_no_mixture():
+    for learners, controller in ((None, "dsgiff"), (10, {0: "nc"})):
+        with pytest.raises(ConfigError, match="none runs where learn='everything' and all"):
+            parallel_env("es1", learn="everything", learners=learners, controller=controller)
+
+
+def test_some_robots_learn_everything_among_hand_written_ones(busy, sampler):
+    team = {"*": "dsgiff", 9: "sikf"}
+    env = parallel_env(
+        busy, learn="everything", learners=[2, 5], controller=team, physics="kinematic"
+    )
+    assert env.possible_agents == ["epuck_2", "epuck_5"]
+    env.reset(seed=3)
+    draw, robots = sampler(env, 0), env.world.robots
+    for _ in range(400):
+        actions = draw()
+        observations, rewards, *_ = env.step(actions)
+        said = env.array_env.loop.controller.minds["words"][0]
+        assert_array_equal(said[[2, 5]], [actions[each][3:] for each in env.possible_agents])
+        for agent, observed in observations.items():
+            assert env.observation_space(agent).contains(observed)
+    assert set(rewards) == set(env.possible_agents)
+    speaks = [actions[each][2] > 0.0 for each in env.possible_agents]
+    assert_array_equal(robots["command"]["is_speaking"][0, [2, 5]], speaks)
+    others = np.delete(np.arange(10), [2, 5])
+    assert robots["report"]["known"][0, others].any(axis=1).sum() > 4
+    assert env.state_space.contains(env.state())
+
+
+def test_hand_written_robots_go_on_as_if_a_learner_of_everything_were_silent(busy):
+    """They hear where it is and no more, so what it says makes no difference to them."""
+    options = {"learn": "everything", "learners": 1, "physics": "kinematic"}
+    envs = [parallel_env(busy, **options) for _ in range(2)]
+    poses = []
+    for env, word in zip(envs, (0.0, 1.0), strict=True):
+        env.reset(seed=3)
+        action = np.array([0.5, 0.1, 1.0, *[word] * 12], np.float32)
+        for _ in range(300):
+            env.step({"epuck_0": action})
+        poses.append(env.world.robots["pose"].copy())
+    assert_array_equal(*poses)
+
+
+def test_some_robots_learn_a_correction_and_the_others_go_by_their_motion(busy):
+    options = {"residual": True, "decision_period": 1, "physics": "kinematic"}
+    still, left = np.zeros(2, np.float32), np.array([-0.5, 0.5], np.float32)
+    others = {f"epuck_{k}": still for k in range(10)}
+    poses = []
+    for learners, actions in (
+        ([3], {"epuck_3": left}),
+        (None, {**others, "epuck_3": left}),
+        (None, others),
+    ):
+        env = parallel_env(busy, learners=learners, **options)
+        env.reset(seed=3)
+        for _ in range(200):
+            env.step(actions)
+        poses.append(env.world.robots["pose"].copy())
+    some, everybody, plain = poses
+    assert_array_equal(some, everybody)
+    assert not np.array_equal(some, plain)

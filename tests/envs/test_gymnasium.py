@@ -1,8 +1,5 @@
 """Gymnasium's single environments: one learner among team-mates, all in one Box, all in a Tuple."""
 
-import pickle
-import subprocess
-import sys
 import warnings
 from itertools import product
 
@@ -15,22 +12,15 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 from numpy.testing import assert_array_equal
 
-from baselines.controller import LayeredController
-from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.motion.subsumption import SubsumptionParameters
-from baselines.weighting.rows import RowWeighting
-from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.envs.registration import NAMES
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
 from tests.commands import parallel_env
-from tests.outside import OutsideMotion, motion_inputs
+from tests.scripts import run_python
 
 SINGLE, JOINT, TUPLE = (f"Commands/ES1{kind}-v0" for kind in ("", "-Joint", "-Tuple"))
 FEW = {"task.n_robots": 3}
-
-every_kind = pytest.mark.parametrize("made", [SINGLE, JOINT, TUPLE])
 
 
 def test_every_scenario_has_its_ids():
@@ -60,18 +50,9 @@ def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
     assert len(told) == 1
 
 
-@pytest.mark.parametrize("learn", ["weighting", "motion", "both", "everything"])
+@pytest.mark.parametrize("learn", ["weighting", "both", "everything"])
 def test_gymnasium_accepts_every_layer(learn):
     check_env(gym.make("SwarmForage/ES1-Joint-v2", learn=learn).unwrapped)
-    if learn != "everything":
-        check_env(gym.make("SwarmForage/ES1-v2", learn=learn).unwrapped)
-
-
-def test_true_is_no_choice_of_a_tuple_env():
-    env = gym.make(TUPLE, **FEW).unwrapped
-    env.reset(seed=1)
-    with pytest.raises(ConfigError, match=r"epuck_0: .*: must be a whole number from 0 to 8"):
-        env.step([True] * 3)
 
 
 def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
@@ -82,11 +63,7 @@ def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
         "env = gymnasium.make('swarm_forage_env:SwarmForage/ES1-v2', learn='weighting')\n"
         "print(sorted(heavy), env.unwrapped.action_layout.names)"
     )
-    run = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=300
-    )
-    assert run.returncode == 0, run.stderr
-    assert run.stdout == "[] ('g.nest', 'g.prey')\n"
+    assert run_python("-c", code) == "[] ('g.nest', 'g.prey')"
 
 
 def test_keywords_reach_the_environment():
@@ -96,14 +73,6 @@ def test_keywords_reach_the_environment():
     assert env.action_space.shape == (6,)
     assert env.observation_space.shape == (3 * len(env.unwrapped.observation_layout),)
     assert gym.make(SINGLE, scenario="es2", **FEW).unwrapped.scenario.name == "es2"
-
-
-def episode(env, rng, steps):
-    """Everything that so many random steps give."""
-    taken = [env.reset()]
-    for _ in range(steps):
-        taken.append(env.step(rng.uniform(-1, 1, env.action_space.shape).astype(np.float32)))
-    return taken
 
 
 @pytest.mark.parametrize("reward", ["own", "team"])
@@ -131,57 +100,27 @@ def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
         assert info.keys() == by_robot[0].keys()
 
 
-RULE, MOTION = SGIFF(), SubsumptionParameters()
-RECIPE = LayeredController("inside", SocialOdometryParameters(double=True), RULE, MOTION)
-
-
-@pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
-def test_a_hand_written_layer_from_outside_leaves_the_swarm_as_it_is(learn, busy):
-    """The proof that the learner gets its own layer, and its team-mates keep theirs."""
-    loop = Loop(busy, RECIPE, [7])
-    rule = RowWeighting(RECIPE.weighting.layer(busy))
-    motion = OutsideMotion(RECIPE.motion.layer(busy), busy, [7])
-    env = gym.make(SINGLE, scenario=busy, learn=learn, controller=RECIPE).unwrapped
-    layout, exchanges = env.observation_layout, 0
-    row, _ = env.reset(seed=7)
-    for tick in range(1500):
-        action, seen = [], layout.records(np.tile(row, (10, 1)))  # a motion takes all rows
-        if learn != "motion":
-            action.extend(rule(seen["exchange"])[0])
-        if learn != "weighting":
-            action.extend(motion(*motion_inputs(seen))[0])
-        row, *_, info = env.step(np.array(action, np.float32))
-        loop.step()
-        exchanges += int(loop.exchange.is_valid[0])
-        assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
-    assert exchanges > 3
-    assert info["round_trips"] == loop.world.state.round_trips[0]
-    assert loop.world.state.round_trips.sum() > 0
-
-
 def test_only_the_learner_does_what_the_policy_says(busy):
-    env, loop = gym.make(SINGLE, scenario=busy, controller=RECIPE), Loop(busy, RECIPE, [7])
+    env, loop = gym.make(SINGLE, scenario=busy), Loop(busy, CONTROLLERS["ssgikf"], [7])
     env.reset(seed=7)
     env.step(np.array([-0.5, 0.25], np.float32))
     loop.step()
-    wheels = env.unwrapped.world.state.wheels
+    wheels, theirs = env.unwrapped.world.state.wheels, loop.world.state.wheels
     cruise = busy.robot.cruise_speed
     assert_array_equal(wheels[0], [-0.5 * cruise, 0.25 * cruise])
-    assert_array_equal(wheels[1:], loop.world.state.wheels[1:])
-    assert (wheels[0] != loop.world.state.wheels[0]).all()
+    assert_array_equal(wheels[1:], theirs[1:])
+    assert (wheels[0] != theirs[0]).all()
 
 
 def test_a_single_learner_is_rewarded_for_itself_or_as_the_team_is(busy):
-    own = gym.make(SINGLE, scenario=busy, shaping=1.0)
-    team = gym.make(SINGLE, scenario=busy, shaping=1.0, reward="team")
-    everybody = gym.make(TUPLE, scenario=busy, shaping=1.0)
-    for env in (own, team, everybody):
+    def earned(made, action, **options):
+        env = gym.make(made, scenario=busy, shaping=1.0, **options)
         env.reset(seed=3)
-    still = np.zeros(2, np.float32)
-    assert own.step(still)[1] != team.step(still)[1]
-    rewards = everybody.step((4,) * 10)[1]
-    own.reset(seed=3)
-    assert own.step(still)[1] == rewards[0]
+        return env.step(action)[1]
+
+    own, still = earned(TUPLE, (4,) * 10)[0], np.zeros(2, np.float32)
+    assert earned(SINGLE, still) == own
+    assert earned(SINGLE, still, reward="team") != own
 
 
 def test_the_tuple_env_has_the_form_of_level_based_foraging():
@@ -209,7 +148,16 @@ def test_the_tuple_env_with_boxes_is_the_joint_env():
         seen, all_seen = boxes.step(tuple(action))[0], joint.step(action.ravel())[0]
 
 
-def test_the_scenario_ends_an_episode_and_no_time_limit_is_put_around_it():
+@pytest.mark.parametrize(("most", "cycles"), [(3, 5), (5, 3), (None, 3)])
+def test_the_shorter_of_time_limit_and_max_cycles_ends_an_episode(most, cycles):
+    env = gym.make(SINGLE, max_episode_steps=most, max_cycles=cycles)
+    for _ in range(2):
+        env.reset()
+        ends = [env.step(np.zeros(2, np.float32))[3] for _ in range(3)]
+        assert ends == [False, False, True]
+
+
+def test_an_episode_ends_by_itself_without_a_time_limit_around_it():
     env = gym.make(SINGLE)
     assert env.unwrapped.max_cycles == 18_000
     while isinstance(env, gym.Wrapper):
@@ -217,28 +165,8 @@ def test_the_scenario_ends_an_episode_and_no_time_limit_is_put_around_it():
         env = env.env
 
 
-@pytest.mark.parametrize(("most", "cycles"), [(3, 5), (5, 3), (None, 3)])
-def test_the_shorter_of_time_limit_and_max_cycles_ends_an_episode(most, cycles):
-    env = gym.make(SINGLE, max_episode_steps=most, max_cycles=cycles)
-    rng = np.random.default_rng(0)
-    for _ in range(2):
-        ends = [step[3] for step in episode(env, rng, 3)[1:]]
-        assert ends == [False, False, True]
-
-
-@every_kind
-def test_a_pickled_environment_is_made_again_with_its_options(made):
-    options = {"discrete": (2, 2)} if made == TUPLE else {}
-    env = gym.make(made, learn="weighting", **options, **FEW).unwrapped
-    again = pickle.loads(pickle.dumps(env))
-    assert again.scenario == env.scenario
-    assert again.action_space == env.action_space
-    assert_array_equal(again.reset(seed=1)[0], env.reset(seed=1)[0])
-
-
-@every_kind
-def test_no_step_before_the_first_reset_nor_after_the_end(made):
-    env = gym.make(made, max_cycles=1, **FEW).unwrapped
+def test_no_step_before_the_first_reset_nor_after_the_end():
+    env = gym.make(JOINT, max_cycles=1, **FEW).unwrapped
     action = env.action_space.sample()
     with pytest.raises(ResetNeeded, match=r"has not begun: call reset\(\) first"):
         env.step(action)
@@ -253,19 +181,12 @@ def test_no_step_before_the_first_reset_nor_after_the_end(made):
 @pytest.mark.parametrize(
     ("made", "action", "says"),
     [
-        (
-            SINGLE,
-            [0.0],
-            r"action of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right",
-        ),
-        (SINGLE, None, r"action of shape \(\)"),
-        (SINGLE, [0.0, 1.5], "epuck_0: wheels.right=1.5: must be from -1 to 1 .* clip it first"),
+        (SINGLE, [0.0], r"of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right"),
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
         (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
         (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
         (TUPLE, (0, 4, 9), r"epuck_2: .*9.*: must be a whole number from 0 to 8"),
-        (TUPLE, (0, 4), r"shape \(2,\): must be \(3,\)"),
-        (TUPLE, 4, r"shape \(\): must be \(3,\)"),
+        (TUPLE, [True] * 3, r"epuck_0: .*: must be a whole number from 0 to 8"),
     ],
 )
 def test_a_bad_action_is_refused_and_changes_nothing(made, action, says):
@@ -281,22 +202,10 @@ def test_a_bad_action_is_refused_and_changes_nothing(made, action, says):
     assert rest == others
 
 
-@pytest.mark.parametrize("seed", [-1, 1.5, 2**64, "one", True])
-def test_a_bad_seed_is_refused(seed):
-    env = gym.make(SINGLE, **FEW).unwrapped
-    with pytest.raises(ConfigError, match="seed="):
-        env.reset(seed=seed)
-
-
 def test_a_frame_is_drawn_where_a_mode_was_given():
     swarm = gym.make(JOINT, render_mode="rgb_array")
     swarm.reset(seed=0)
-    first = swarm.render()
-    assert first.dtype == np.uint8
-    assert first.shape[1:] == (512, 3)
-    for _ in range(20):
-        swarm.step(np.ones(swarm.action_space.shape, np.float32))
-    assert (swarm.render() != first).any()
+    assert swarm.render().shape[1:] == (512, 3)
     swarm.close()
 
 
@@ -309,9 +218,8 @@ def test_nothing_is_drawn_without_a_mode():
         swarm.render()
 
 
-@every_kind
-def test_a_refused_reset_draws_no_seed(made):
-    one, other = (gym.make(made, **FEW).unwrapped for _ in range(2))
+def test_a_refused_reset_draws_no_seed():
+    one, other = (gym.make(JOINT, **FEW).unwrapped for _ in range(2))
     one.reset(seed=1)
     other.reset(seed=1)
     with pytest.raises(UnknownNameError, match="named 'colour'"):

@@ -76,16 +76,21 @@ def test_infos_are_what_the_world_knows(after_a_while):
     assert sum(info["round_trips"] for info in infos.values()) > 0
 
 
-@pytest.mark.parametrize("learn", list(LEARNABLE))
-def test_infos_are_numbers_under_the_same_keys_from_reset_on(learn, sampler):
-    env = parallel_env(learn=learn)
+OF_WAYPOINTS = ("goals", "false_goals", "position_error_m")
+
+
+@pytest.mark.parametrize("learn", LEARNABLE)
+@pytest.mark.parametrize(("scenario", "names"), [("es1", INFOS), ("waypoints-05", OF_WAYPOINTS)])
+def test_infos_are_numbers_under_the_same_keys_from_reset_on(scenario, names, learn, sampler):
+    env = parallel_env(scenario, learn=learn)
     _, infos = env.reset(seed=0)
     act = sampler(env, 0)
     for _ in range(50):
         assert list(infos) == env.possible_agents
         for info in infos.values():
-            assert tuple(info) == (*INFOS, "unshaped_reward")
+            assert tuple(info) == (*names, "unshaped_reward")
             assert all(type(number) is float for number in info.values())
+            assert np.isfinite(list(info.values())).all()
         *_, infos = env.step(act())
 
 

@@ -3,8 +3,6 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from swarm_forage_env.equations.differential_drive import (
     advance,
@@ -44,14 +42,6 @@ def test_a_step_leads_along_its_chord_and_wraps_the_heading(pose, distance, turn
     assert advance(*pose, distance, turn) == pytest.approx(after)
 
 
-def test_many_short_chords_are_the_circle():
-    radius, turns = 0.2, 1000
-    pose = (radius, 0.0, math.pi / 2)
-    for _ in range(turns):
-        pose = advance(*pose, 2.0 * math.pi * radius / turns, 2.0 * math.pi / turns)
-    assert pose == pytest.approx((radius, 0.0, math.pi / 2), abs=1e-5)
-
-
 @pytest.mark.parametrize(
     ("distance", "turn", "path"),
     [
@@ -64,13 +54,6 @@ def test_many_short_chords_are_the_circle():
 )
 def test_a_turn_on_the_spot_is_a_path_too(distance, turn, path):
     assert path_length(distance, turn, AXLE) == pytest.approx(path)
-
-
-@given(st.floats(-0.0129, 0.0129), st.floats(-0.0129, 0.0129), st.floats(-3.0, 3.0))
-def test_backwards_along_the_same_arc_leads_back(left, right, theta):
-    there = advance(0.3, -0.2, theta, *wheels_to_arc(left, right, AXLE))
-    back = advance(*there, *wheels_to_arc(-left, -right, AXLE))
-    assert back == pytest.approx((0.3, -0.2, theta), abs=1e-12)
 
 
 @pytest.mark.parametrize(

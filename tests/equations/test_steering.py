@@ -3,12 +3,8 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from swarm_forage_env.equations.steering import drive_to_pull, seek
-
-SPEEDS = st.floats(-0.5, 0.5)
 
 
 @pytest.mark.parametrize(
@@ -38,14 +34,3 @@ def test_a_command_is_a_pull_of_a_size_and_a_direction(strength, turn, ahead, le
 )
 def test_a_robot_is_turned_towards_the_velocity_it_should_have(direction, velocity, change):
     assert seek(*direction, *velocity, 0.5) == pytest.approx(change, abs=1e-12)
-
-
-@given(st.floats(-math.pi, math.pi), st.floats(0.01, 10.0), SPEEDS, SPEEDS)
-def test_the_change_of_velocity_points_from_the_present_one_to_the_wanted_one(angle, size, vx, vy):
-    x, y = math.cos(angle), math.sin(angle)
-    change = seek(size * x, size * y, vx, vy, 0.5)
-    wanted = 0.5 * x - vx, 0.5 * y - vy
-    if math.hypot(*wanted) > 1e-6:
-        assert math.hypot(*change) == pytest.approx(1.0)
-        assert change[0] * wanted[1] == pytest.approx(change[1] * wanted[0], abs=1e-9)
-        assert change[0] * wanted[0] + change[1] * wanted[1] > 0.0

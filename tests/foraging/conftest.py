@@ -22,7 +22,7 @@ from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
-from tests.columns import columns
+from tests.worlds import check_same_world, everything
 
 
 @entry_point
@@ -141,6 +141,19 @@ def block():
     return Block
 
 
+CROWD = {"n_robots": 15, "arena.length": 0.8, "arena.width": 0.8, "area_distance": 0.59,
+         "area_radius": 0.05}  # fmt: skip
+"""So narrow an es1 that bodies touch each other and the walls in every tick."""
+
+
+def into_the_middle(world):
+    """Wheels that drive every robot at full speed into one clump [m/s]."""
+    x, y, theta = world.state.pose.T
+    off = np.angle(np.exp(1j * (np.arctan2(-y, -x) - theta)))
+    speed = world.scenario.robot.max_speed
+    return speed * np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
+
+
 @pytest.fixture(scope="session")
 def running():
     """A block of worlds under a controller."""
@@ -169,46 +182,12 @@ def go():
 
 
 @pytest.fixture(scope="session")
-def everything():
-    """All that is true, sensed, believed and drawn in one world of a running block, by name."""
-
-    def look(loop, world=0):
-        w, controller = slice(world, world + 1), loop.controller
-        found = dict(columns(loop.world.robots[w], "robots"))
-        found |= dict(columns(loop.world.worlds[w], "worlds"))
-        found |= dict(columns(controller.minds[w], "minds"))
-        return found | {"shared": controller.shared[w]}
-
-    return look
-
-
-@pytest.fixture(scope="session")
 def bits():
     """All that is true, sensed, believed and drawn in a running block, by name, as bytes."""
-
-    def look(loop):
-        found = dict(columns(loop.world.robots, "robots"))
-        found |= dict(columns(loop.world.worlds, "worlds"))
-        found |= dict(columns(loop.controller.minds, "minds"))
-        found |= {"shared": loop.controller.shared}
-        return {name: each.tobytes() for name, each in found.items()}
-
-    return look
+    return lambda loop: {name: each.tobytes() for name, each in everything(loop).items()}
 
 
 @pytest.fixture(scope="session")
-def same(everything):
+def same():
     """Assert that worlds of two running blocks are in the same state, bit for bit."""
-
-    def check(loop, world, other, other_world=0):
-        mine, theirs = everything(loop, world), everything(other, other_world)
-        assert mine.keys() == theirs.keys()
-        different = [name for name in mine if not equal(mine[name], theirs[name])]
-        assert not different, f"after {loop.world.worlds['ticks'][world]} ticks"
-
-    def equal(one, other):
-        """Equal, but for slots that only one of the blocks has room for."""
-        common = tuple(slice(min(sizes)) for sizes in zip(one.shape, other.shape, strict=True))
-        return np.array_equal(one[common], other[common])
-
-    return check
+    return check_same_world

@@ -1,61 +1,23 @@
-"""A world in a block is the world alone, and one seed is one trajectory."""
+"""A world in a block is the world alone, whatever was in its place before."""
 
 import numpy as np
 import pytest
 
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, REPLACE
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+from tests.foraging.conftest import CROWD, into_the_middle
+from tests.worlds import check_each_is_itself, everything
 
 ENGINES = ("rigid", "kinematic")
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-@pytest.mark.parametrize(
-    ("scenario", "place", "ticks"),
-    [("es1", 0, 1500), ("es2", 1, 900), ("real", 2, 1500), ("ants2008", 1, 900)],
-)
-def test_a_world_in_a_block_is_the_world_alone(running, same, scenario, place, ticks, physics):
-    seeds = [11, 5, 8]
-    block = running(scenario, seeds, physics)
-    alone = running(scenario, [seeds[place]], physics)
-    for tick in range(ticks):
-        block.step()
-        alone.step()
-        if tick % 100 == 0:
-            same(block, place, alone)
-    same(block, place, alone)
+@pytest.mark.parametrize("scenario", ["es1", "es2", "real", "ants2008"])
+def test_a_world_in_a_block_is_the_world_alone(scenario, physics):
+    scenario, controller = find_scenario(scenario), CONTROLLERS["ssgiff"]
+    block = check_each_is_itself(scenario, controller, [11, 5, 8], physics, 500)
     assert block.world.state.messages.sum() > 0
-
-    block.reset([5, 8, 21])  # other seeds, at other places
-    fresh = running(scenario, [5, 8, 21][place : place + 1], physics)
-    same(block, place, fresh)
-    for _ in range(200):
-        block.step()
-        fresh.step()
-    same(block, place, fresh)
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-def test_one_seed_one_trajectory(running, same, physics):
-    first, second = running("es1", [4], physics), running("es1", [4], physics)
-    for _ in range(400):
-        first.step()
-        second.step()
-    same(first, 0, second)
-
-
-def test_other_seeds_are_other_trajectories(running):
-    block = running("es1", [4, 5])
-    pose = block.world.robots["pose"]
-    assert not np.any(pose[0] == pose[1])
-
-
-def into_the_middle(world):
-    """Wheels that drive every robot at full speed into one clump."""
-    x, y, theta = world.state.pose.T
-    off = np.angle(np.exp(1j * (np.arctan2(-y, -x) - theta)))
-    speed = world.scenario.robot.max_speed
-    return speed * np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
 
 
 @pytest.mark.parametrize("physics", ENGINES)
@@ -73,17 +35,15 @@ def test_a_world_forgets_its_contacts_when_it_is_reset(running, go, physics):
 
 @pytest.mark.parametrize("physics", ENGINES)
 def test_a_crowded_world_in_a_block_is_the_world_alone(running, go, physics):
-    crowd = {"n_robots": 15, "arena.length": 0.8, "arena.width": 0.8, "area_distance": 0.59,
-             "area_radius": 0.05}  # fmt: skip
-    block = running("es1", [3, 1, 2], physics, **crowd).world
-    alone = running("es1", [1], physics, **crowd).world
+    block = running("es1", [3, 1, 2], physics, **CROWD).world
+    alone = running("es1", [1], physics, **CROWD).world
     for _ in range(200):
         go(block, into_the_middle(block))
         go(alone, into_the_middle(alone))
     assert block.robots[1].tobytes() == alone.robots[0].tobytes()
 
 
-def test_two_controllers_under_one_seed_meet_the_same_world(running, everything):
+def test_two_controllers_under_one_seed_meet_the_same_world(running):
     worlds = [everything(running("es1", [6], controller=name)) for name in ("nc", "dsgiff")]
     for name in worlds[0]:
         if not name.startswith("minds"):
@@ -95,15 +55,3 @@ def test_a_reset_leaves_what_a_learner_does_with_the_layers(running):
     loop.world.robots["action"]["motion"][0] = REPLACE
     loop.reset([6, 7])
     assert loop.world.robots["action"]["motion"].tolist() == [[REPLACE] * 10, [KEEP] * 10]
-
-
-def test_a_block_is_reset_with_one_seed_for_each_world(running):
-    block = running("es1", [1, 2])
-    with pytest.raises(ConfigError, match=r"seeds=\[1\].*2"):
-        block.world.reset([1])
-
-
-@pytest.mark.parametrize("seed", [-1, 1.5, "one", None])
-def test_a_bad_seed_is_refused_by_name(running, seed):
-    with pytest.raises(ConfigError, match="seed="):
-        running("es1", [seed])

@@ -1,14 +1,9 @@
 """Compiled, plain and bounds-checked kernels do the same; memory stays where it is."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.scripts import run_python
 
 START = """
 import sys
@@ -54,28 +49,15 @@ import resource
 loop = Loop(find_scenario("es1"), CONTROLLERS["ssgiff"], [5, 6], "rigid", threads=2)
 peak = []
 for ticks in (4000, 20000):
-    for _ in range(ticks):
-        loop.step()
+    loop.run(ticks)
     peak.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 print(peak[1] / peak[0] - 1.0)
 """
 )
 
 
-def run(script, *arguments, **variables):
-    path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    environment = {**os.environ, "PYTHONPATH": path, **variables}
-    done = subprocess.run(
-        [sys.executable, "-c", script, *map(str, arguments)],
-        env=environment, capture_output=True, text=True, check=False, cwd=ROOT,
-        timeout=500,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 def trajectory(file, *arguments, **variables):
-    run(RUN, file, *arguments, **variables)
+    run_python("-c", RUN, file, *arguments, **variables)
     with np.load(file) as kept:
         return dict(kept)
 
@@ -108,4 +90,4 @@ def test_no_kernel_reads_beyond_its_arrays(tmp_path, scenario):
 
 
 def test_memory_is_flat():
-    assert float(run(MEMORY, SWARM_CHECK_SHAPES="")) < 0.01
+    assert float(run_python("-c", MEMORY)) < 0.01

@@ -16,9 +16,11 @@ from swarm_forage_env.epuck.fault_record import (
 )
 from swarm_forage_env.epuck.placing import SOURCES
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.scenarios import find_scenario
+from tests.worlds import check_each_is_itself
 
 NEAR = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62}
 """Numbers of es1 under which robots soon find areas and meet."""
@@ -31,8 +33,7 @@ def loop(seeds=(3,), controller="ssgikf", scenario="es1", physics="kinematic", *
 
 
 def run(found, ticks):
-    for _ in range(ticks):
-        found.step()
+    found.run(ticks)
     return found
 
 
@@ -81,24 +82,18 @@ def test_drawing_faults_moves_no_other_draw():
     assert NoiseSource.FAULT not in SOURCES
 
 
-def test_a_dead_robot_moves_until_its_time_and_not_after():
-    found = loop(faults__dead__robots=(2,), faults__dead__at=3.0)
+@pytest.mark.parametrize("physics", ["kinematic", "rigid"])
+def test_a_dead_robot_moves_until_its_time_and_not_after(physics):
+    found = loop(physics=physics, faults__dead__robots=(2,), faults__dead__at=3.0)
     start = found.world.state.pose[2].copy()
     run(found, 30)
     reached = found.world.state.pose[2].copy()
     assert np.hypot(*(reached - start)[:2]) > 0.01
-    speeds = []
     for _ in range(40):
         found.step()
-        speeds.append(found.world.state.wheels[2].copy())
-    assert not np.any(speeds)
+        assert not found.world.state.wheels[2].any()
     assert found.world.state.is_faulty[2, DEAD]
     assert not found.world.state.readings.odometry[2].any()
-
-
-def test_a_dead_robot_is_does_not_turn_its_wheels_under_rigid_bodies_either():
-    found = run(loop(physics="rigid", faults__dead__share=1.0), 50)
-    assert not found.world.state.wheels.any()
 
 
 @pytest.mark.parametrize(("talks", "hears"), [(True, True), (False, False)])
@@ -108,21 +103,13 @@ def test_a_dead_robot_talks_unless_its_radio_died_too(go, talks, hears):
     assert bool(state.heard.n.any()) is hears
 
 
-def test_a_deaf_robot_hears_nobody_and_is_heard(go):
-    world = loop(faults__deaf__robots=(0,), loss_near=0.0, loss_far=0.0, max_range=0.5).world
-    state = go(world, speaking=True)
-    assert state.heard.n[0] == 0
-    assert (state.heard.n[1:] > 0).all()
-    assert any(0 in state.heard.sender[i, : state.heard.n[i]] for i in range(1, 10))
-
-
-def test_a_mute_robot_is_heard_by_nobody_and_hears(go):
-    world = loop(
-        faults__mute__robots=(0,), loss_near=0.0, loss_far=0.0, max_range=0.5, slots=9
-    ).world
-    state = go(world, speaking=True)
-    assert state.heard.n[0] > 0
-    assert not any(0 in state.heard.sender[i, : state.heard.n[i]] for i in range(10))
+@pytest.mark.parametrize(("kind", "hears"), [("deaf", False), ("mute", True)])
+def test_a_deaf_robot_is_only_heard_and_a_mute_one_only_hears(go, kind, hears):
+    sure = {"loss_near": 0.0, "loss_far": 0.0, "max_range": 0.5, "slots": 9}
+    heard = go(loop(**{f"faults__{kind}__robots": (0,)}, **sure).world, speaking=True).heard
+    assert (heard.n[0] > 0) == hears
+    assert (heard.n[1:] > 0).all()
+    assert any(0 in heard.sender[i, : heard.n[i]] for i in range(1, 10)) != hears
 
 
 def test_a_blind_robot_reads_nothing_by_infrared():
@@ -150,60 +137,24 @@ def test_a_worn_robot_has_noisier_encoders(go):
     assert worn.faults["kinds"][..., WORN].all()
 
 
-LIARS = {"faults__liar__share": 0.3}
-
-
 @pytest.mark.parametrize("conspire", ["no", "turn", "place"])
 @pytest.mark.parametrize("physics", ["kinematic", "rigid"])
-def test_a_world_in_a_block_is_the_world_alone(same, conspire, physics):
-    faults = LIARS | {"faults__liar__conspire": conspire, "faults__liar__probability": 0.5}
-    faults |= {"faults__stale__share": 0.2, "faults__worn__share": 0.2, "faults__dead__at": 5.0}
-    faults |= {"faults__dead__share": 0.1, "physics": physics}
-    block, alone = run(loop((5, 6, 7), **faults), 300), run(loop((6,), **faults), 300)
-    same(block, 1, alone)
-
-
-def test_worlds_of_one_block_may_have_other_faults(same):
-    plain, faulty = (find_scenario("es1", NEAR | more) for more in ({}, {"faults.liar.share": 0.3}))
-    controller = find_controller("dsgiff")
-    block = run(Loop([plain, faulty], controller, (5, 6), "kinematic"), 300)
-    same(block, 0, run(Loop(plain, controller, (5,), "kinematic"), 300))
-    same(block, 1, run(Loop(faulty, controller, (6,), "kinematic"), 300))
-
-
-def test_a_reset_under_another_scenario_has_its_faults(same):
-    plain, faulty = (find_scenario("es1", NEAR | more) for more in ({}, {"faults.liar.share": 0.3}))
-    found = run(Loop(plain, find_controller("ssgikf"), (5,), "kinematic"), 50)
-    found.reset([6], scenarios=faulty)
-    fresh = Loop(faulty, find_controller("ssgikf"), (6,), "kinematic")
-    same(run(found, 200), 0, run(fresh, 200))
-
-
-@pytest.mark.parametrize("physics", ["kinematic", "rigid"])
-def test_a_restored_snapshot_goes_on_with_the_same_faults(bits, physics):
-    faults = LIARS | {"faults__liar__probability": 0.5, "faults__stale__share": 0.3}
-    found = run(loop(physics=physics, faults__stale__at=5.0, **faults), 200)
-    kept = found.snapshot()
-    once = bits(run(found, 100))
-    found.restore(kept)
-    assert bits(run(found, 100)) == once
+def test_a_world_in_a_block_is_the_world_alone(conspire, physics):
+    shares = {"liar": 0.3, "stale": 0.2, "worn": 0.2, "dead": 0.1}
+    faults = {f"faults.{name}.share": share for name, share in shares.items()}
+    faults |= {"faults.liar.conspire": conspire, "faults.liar.probability": 0.5}
+    world = find_scenario("es1", NEAR | faults | {"faults.dead.at": 5.0, "faults.stale.at": 15.0})
+    check_each_is_itself(world, find_controller("ssgikf"), [5, 6, 7], physics, 100)
 
 
 @pytest.mark.parametrize("name", ["liar", "stale"])
 def test_a_learned_language_refuses_liars_by_name(name):
-    world = find_scenario("es1", {f"faults.{name}.share": 0.2})
-    from swarm_forage_env.task import task_of
-
-    with pytest.raises(ConfigError, match=rf"faults\.{name}: .*'policy' cannot be falsified"):
-        Loop(world, task_of(world).raw_control, [0], "kinematic")
-
-
-def test_a_reset_to_liars_is_refused_where_they_cannot_lie():
-    from swarm_forage_env.task import task_of
-
-    plain, liars = find_scenario("es1"), find_scenario("es1", {"faults.liar.share": 0.2})
-    found = Loop(plain, task_of(plain).raw_control, [0], "kinematic")
-    with pytest.raises(ConfigError, match=r"faults\.liar"):
+    sound, liars = (find_scenario("es1", {f"faults.{each}.share": 0.2}) for each in ("dead", name))
+    policy, told = FORAGING.raw_control, rf"faults\.{name}: .*'policy' cannot be falsified"
+    with pytest.raises(ConfigError, match=told):
+        Loop(liars, policy, [0], "kinematic")
+    found = Loop(sound, policy, [0], "kinematic")
+    with pytest.raises(ConfigError, match=told):
         found.reset([1], scenarios=liars)
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from swarm_forage_env.epuck.records import LOSS, RADIO, SLOT
 from swarm_forage_env.equations.radio import mean_board_range
 
 NO_LOSS = {"loss_near": 0.0, "loss_far": 0.0}
@@ -21,23 +20,17 @@ def test_each_end_loses_for_itself(block, believable):
     believable(stats.chi2_contingency(table).pvalue)
 
 
-def test_a_receiver_at_rest_averages_its_frames_and_a_moving_one_does_not(block):
+@pytest.mark.parametrize(
+    "wheels", [(0.06, 0.06), (0.06, -0.06), (-0.03, 0.03), (0.0, 0.06), (0.06, 0.0)]
+)
+def test_a_receiver_at_rest_averages_its_frames_and_one_that_moves_or_turns_does_not(block, wheels):
     robots = block([(0, 0, 0), (0.1, 0, 0)], n_worlds=2000, frames=10, **NO_LOSS)
-    robots.state.wheels[1::2] = 0.06
+    robots.state.wheels[1::2] = wheels
     heard, _ = robots.listen()
     assert heard.n_averaged[0::2, 0].tolist() == [10] * 2000
     assert heard.n_averaged[1::2, 0].tolist() == [1] * 2000
     at_rest, moving = (heard.range_bearing[end::2, 0, 0].var() for end in (0, 1))
     assert moving / at_rest == pytest.approx(10.0, rel=0.15)
-
-
-@pytest.mark.parametrize("wheels", [(0.06, -0.06), (-0.03, 0.03), (0.0, 0.06), (0.06, 0.0)])
-def test_a_receiver_that_turns_is_not_at_rest(block, wheels):
-    robots = block([(0, 0, 0), (0.1, 0, 0)], n_worlds=20, frames=10, **NO_LOSS)
-    robots.state.wheels[1::2] = wheels
-    heard, _ = robots.listen()
-    assert heard.n_averaged[0::2, 0].tolist() == [10] * 20
-    assert heard.n_averaged[1::2, 0].tolist() == [1] * 20
 
 
 def test_the_real_board_measures_between_the_rims(block, fresh):
@@ -64,10 +57,29 @@ def test_of_more_messages_than_slots_each_is_heard_equally_often(block, believab
     believable(stats.chi2(6).sf(chi2 / 0.5))
 
 
-def test_messages_are_drawn_measured_and_chosen_from_streams_of_their_own(block):
-    crowd = [(0, 0, 0), *((0.1 * math.cos(a), 0.1 * math.sin(a), 0) for a in range(6))]
-    robots = block(crowd)
-    before = robots.state.streams.copy()
-    robots.listen()
-    moved = np.flatnonzero((robots.state.streams != before).any(axis=0))
-    assert moved.tolist() == [LOSS, SLOT, RADIO]
+def test_nobody_has_spoken_after_a_reset(running, go):
+    world = running("es1", [0]).world
+    angle = np.linspace(0.0, 2.0 * np.pi, world.n_robots, endpoint=False)
+    world.state.pose[:, :2] = 0.14 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    assert go(world, speaking=True).heard.n.any()
+    world.reset([1])
+    assert not world.state.heard.n.any()
+    assert not world.state.command.is_speaking.any()
+    assert not go(world).heard.n.any()
+    assert world.state.messages.sum() == 0
+
+
+def test_empty_slots_say_nothing(running):
+    loop = running("es1", [0, 1])
+    n_empty = n_heard = 0
+    for _ in range(600):
+        loop.step()
+        heard = loop.world.state.heard
+        is_full = heard.is_valid > 0
+        n_empty += np.sum(~is_full)
+        n_heard += np.sum(is_full)
+        assert not heard.range_bearing[~is_full].any()
+        assert not heard.n_averaged[~is_full].any()
+        assert np.all(heard.n_averaged[is_full] >= 1)
+        np.testing.assert_array_equal(is_full, np.arange(is_full.shape[1]) < heard.n[:, None])
+    assert min(n_empty, n_heard) > 0

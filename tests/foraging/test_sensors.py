@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_forage_env.epuck.records import ENCODER, GROUND, PROXIMITY
+from swarm_forage_env.epuck.records import PROXIMITY
 from swarm_forage_env.equations.proximity import (
     PROXIMITY_ANGLES,
     SENSING_RANGE,
@@ -62,12 +62,3 @@ def test_far_from_all_walls_and_robots_nothing_is_seen(block):
     before = robots.state.streams.copy()
     assert np.all(robots.sense().proximity == 0.0)
     assert np.array_equal(robots.state.streams[:, PROXIMITY], before[:, PROXIMITY])
-
-
-def test_each_sensor_draws_from_a_stream_of_its_own_kind(block):
-    robots = block([(-0.81, 0.4, 0.0)], proximity_noise=0.2)
-    robots.state.wheels[:] = 0.06
-    before = robots.state.streams.copy()
-    robots.sense()
-    moved = np.flatnonzero(robots.state.streams[0] != before[0])
-    assert moved.tolist() == [ENCODER, PROXIMITY, GROUND]

@@ -3,7 +3,6 @@
 import pytest
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import chunks
 
 ENGINES = ("rigid", "kinematic")
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02}
@@ -12,61 +11,33 @@ SEEDS = range(7)
 TICKS = 400
 
 
-def bits_of(loop):
-    """All that is true, sensed, believed and drawn."""
-    records = (loop.world.robots, loop.world.worlds, loop.controller.minds, loop.controller.shared)
-    return [each.tobytes() for each in records]
-
-
-@pytest.fixture(scope="module", params=ENGINES)
-def swarms(request, running):
-    """A block run on one thread, on a few, and on more than it has worlds."""
-    physics, made = request.param, {}
+@pytest.mark.parametrize("physics", ENGINES)
+def test_the_same_bits_on_any_number_of_threads(running, bits, physics):
+    found = []
     for threads in (1, 2, 3, 7, 20):
         loop = running("es1", SEEDS, physics, "dsgikf", threads, duration=60.0, **BUSY)
-        for _ in range(TICKS):
-            loop.step()
-        made[threads] = loop
-    return made
-
-
-@pytest.mark.parametrize("threads", [2, 3, 7, 20])
-def test_the_same_bits_on_any_number_of_threads(swarms, threads):
-    assert bits_of(swarms[threads]) == bits_of(swarms[1])
-
-
-def test_the_swarms_that_are_compared_talked_and_foraged(swarms):
-    robots = swarms[1].world.robots
-    assert robots["messages"].sum() > 0
-    assert robots["round_trips"].sum() > 0
+        loop.run(TICKS)
+        found.append(bits(loop))
+    assert all(each == found[0] for each in found)
+    assert loop.world.robots["messages"].sum() > 0
+    assert loop.world.robots["round_trips"].sum() > 0
 
 
 @pytest.mark.parametrize("threads", [2, 20])
-def test_a_reset_starts_the_same_on_any_number_of_threads(running, threads):
+def test_a_reset_starts_the_same_on_any_number_of_threads(running, bits, threads):
     alone = running("es1", [3, 9], "kinematic", "dsgikf", threads=1)
     used = running("es1", [1, 2], "kinematic", "dsgikf", threads=threads)
-    for _ in range(50):
-        used.step()
+    used.run(50)
     used.reset([3, 9])
-    assert bits_of(used) == bits_of(alone)
+    assert bits(used) == bits(alone)
 
 
-def test_two_blocks_share_the_threads_of_a_pool(running):
+def test_two_blocks_share_the_threads_of_a_pool(running, bits):
     blocks = [running("es1", SEEDS, "kinematic", threads=2) for _ in range(2)]
     for _ in range(20):
         for loop in blocks:
             loop.step()
-    assert bits_of(blocks[0]) == bits_of(blocks[1])
-
-
-@pytest.mark.parametrize("n_worlds", [1, 2, 5, 30])
-@pytest.mark.parametrize("threads", [1, 2, 3, 40])
-def test_every_world_is_in_one_chunk_and_all_chunks_are_about_as_long(n_worlds, threads):
-    parts = chunks(n_worlds, threads)
-    assert [w for first, last in parts for w in range(first, last)] == list(range(n_worlds))
-    sizes = [last - first for first, last in parts]
-    assert len(sizes) == min(threads, n_worlds)
-    assert max(sizes) - min(sizes) <= 1
+    assert bits(blocks[0]) == bits(blocks[1])
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, "2", True, None])

@@ -22,21 +22,10 @@ def test_a_number_is_changed_by_its_path_or_by_its_last_word(name, value):
     assert changed.radio.slots == find_scenario("es1").radio.slots
 
 
-def test_the_original_stays_as_it_was():
-    before = find_scenario("es1").model_copy(deep=True)
-    find_scenario("es1", {"n_robots": 5, "radius": 0.03})
+def test_every_field_can_be_set_and_the_original_stays_as_it_was():
+    before, other = find_scenario("es1").model_copy(deep=True), find_scenario("es2")
+    assert find_scenario("es1", leaves(other.model_dump())) == other
     assert find_scenario("es1") == before
-
-
-def test_numbers_that_fit_only_together_may_be_given_together():
-    changed = find_scenario("es1", {"start_radius": 0.4, "area_distance": 1.2, "n_robots": 40})
-    assert changed.task.n_robots == 40
-
-
-def test_every_field_can_be_set_to_what_it_is():
-    scenario = find_scenario("es2")
-    tree = leaves(scenario.model_dump())
-    assert find_scenario("es1", tree) == scenario
 
 
 class Twin(Parameters):
@@ -59,8 +48,6 @@ def test_a_word_that_two_fields_end_in_is_refused_with_both():
     [
         ("radio.maxrange", "radio.max_range"),
         ("max_rnge", "radio.max_range"),
-        ("task.nrobots", "task.n_robots"),
-        ("arena.lenght", "arena.length"),
         ("sensor.wheel_noise", "sensors.wheel_noise"),
         ("tik", "tick"),
     ],
@@ -97,12 +84,11 @@ NUMBERS = [
     "value", [math.nan, math.inf, -math.inf, "nan", "-inf", -1.0, "many", None]
 )
 def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
-    with pytest.raises(ConfigError) as error:
-        find_scenario("es1", {path: value})
-    message = str(error.value)
-    assert message.startswith(f"{path}={value!r}: ")
-    assert "should be" in message
-    assert "\n" not in message
+    check_refused("es1", {path: value}, [f"{path}={value!r}: ", "should be"])
+
+
+HUGE = {"length": 300.0, "width": 300.0, "start_radius": 100.0, "area_distance": 250.0,
+        "max_range": 50.0}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -111,50 +97,35 @@ def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
         ({"area_distance": 1.6}, ["task.area_distance=1.6", "outside the arena", "at most 1.5"]),
         ({"area_radius": 0.7}, ["task.area_radius=0.7", "outside the arena", "at most 0.6"]),
         ({"area_distance": 0.5}, ["task.area_distance=0.5", "start circle", "at least 0.6"]),
-        (
-            {"start_radius": 0.45, "area_distance": 1.0},
-            ["task.area_distance", "start circle of radius 0.45", "1.1"],
-        ),
+        ({"start_radius": 0.45, "area_distance": 1.0}, ["start circle of radius 0.45", "1.1"]),
         ({"arena.width": 0.4}, ["task.start_radius=0.2", "outside the arena", "at most 0.165"]),
         ({"n_robots": 500}, ["task.n_robots=500", "at most", "enlarge task.start_radius"]),
         ({"radius": 0.1}, ["task.n_robots=10", "at most", "radius 0.1"]),
         ({"cruise_speed": 0.2}, ["cruise_speed=0.2", "at most", "0.129"]),
         ({"near": 0.2}, ["near=0.2", "below max_range=0.15"]),
         ({"loss_near": 0.9}, ["loss_near=0.9", "at most loss_far=0.5"]),
-        ({"loss_near": 1.5}, ["radio.loss_near=1.5", "less than or equal to 1"]),
-        ({"bearing_noise": 4.0}, ["radio.bearing_noise=4.0", "less than or equal to 3.14"]),
         ({"range_model": "bord"}, ["radio.range_model='bord'", "'uniform' or 'board'"]),
-        ({"n_robots": 2.5}, ["task.n_robots=2.5", "integer"]),
-        ({"n_robots": 0}, ["task.n_robots=0", "greater than or equal to 1"]),
         ({"duration": 0.01}, ["task.duration=0.01", "at least one tick of 0.1 s"]),
-        ({"tick": 0.0}, ["tick=0.0", "greater than or equal to 0.001"]),
         ({"tick": 1e-308}, ["tick=1e-308", "greater than or equal to 0.001"]),
         ({"slots": 2**63}, [f"radio.slots={2**63}", "less than or equal to 10000"]),
         ({"radius": 1e-200}, ["robot.radius=1e-200", "greater than or equal to 0.001"]),
         ({"duration": 1e308}, ["task.duration=1e+308", "at most 1e+12"]),
         ({"duration": 1e9}, ["task.duration=1000000000.0", "at most 1e+08 s"]),
-        (
-            {"length": 200_000.0, "width": 200_000.0},
-            ["arena.length=200000.0", "at most 10000000 squares of the radio's range, 0.15 m"],
-        ),
-        (
-            {
-                "length": 300.0,
-                "width": 300.0,
-                "start_radius": 100.0,
-                "area_distance": 250.0,
-                "n_robots": 20_000,
-                "max_range": 50.0,
-            },
-            ["task.n_robots=20000", "times neighbours may be at most 100000000"],
-        ),
+        ({"length": 2e5, "width": 2e5}, ["arena.length=200000.0", "at most 10000000 squares of"]),
+        (HUGE | {"n_robots": 20_000}, ["task.n_robots=20000", "neighbours may be at most 1000000"]),
         ({"cruise_speed": 0.129, "tick": 0.5}, ["cruise_speed=0.129", "at most 0.105 [m/s]"]),
         ({"frames": 10**6}, ["radio.frames=1000000", "less than or equal to 10000"]),
+        ({"max_range": -1, "n_robots": 0}, ["radio.max_range=-1", "; ", "task.n_robots=0"]),
     ],
 )
 def test_a_message_names_the_field_the_value_and_what_is_allowed(changes, parts):
+    check_refused("es1", changes, parts)
+
+
+def check_refused(scenario, changes, parts):
+    """Assert that changes are refused in a line with these parts."""
     with pytest.raises(ConfigError) as error:
-        find_scenario("es1", changes)
+        find_scenario(scenario, changes)
     message = str(error.value)
     assert [part for part in parts if part not in message] == []
     assert "\n" not in message
@@ -166,22 +137,19 @@ def test_a_message_names_the_field_the_value_and_what_is_allowed(changes, parts)
         ({"n_robots": 60_000}, ["task.n_robots=60000", "less than or equal to 2000"]),
         ({"tick": 1e-308}, ["tick=1e-308", "greater than or equal to 0.001"]),
         ({"duration": 1e12}, ["task.duration=1000000000000.0", "at most 5e+08 s"]),
+        ({"duration": 0.1}, ["must be at least one tick"]),
+        ({"tolerance": -0.1}, ["task.tolerance=-0.1"]),
+        ({"min_speed": 0.6}, ["must be below max_speed=0.5"]),
+        ({"first_goal": 5.0}, ["must be below half of side=10"]),
     ],
 )
 def test_a_limit_of_waypoints_is_told(changes, parts):
-    with pytest.raises(ConfigError) as error:
-        find_scenario("waypoints-05", changes)
-    assert [part for part in parts if part not in str(error.value)] == []
+    check_refused("waypoints-05", changes, parts)
 
 
 def test_the_bound_that_a_message_tells_is_accepted():
     assert find_scenario("es1", {"area_distance": 0.6}).task.area_distance == 0.6
     assert find_scenario("es1", {"start_radius": 0.565, "area_distance": 1.33})
-
-
-def test_two_wrong_numbers_are_both_named():
-    with pytest.raises(ConfigError, match=r"radio.max_range=-1.*; .*task.n_robots=0"):
-        find_scenario("es1", {"max_range": -1, "n_robots": 0})
 
 
 def crowd(n_robots, start_radius, radius):

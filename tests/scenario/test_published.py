@@ -3,7 +3,6 @@
 import math
 import re
 
-import numpy as np
 import pytest
 
 from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
@@ -46,6 +45,10 @@ def test_robot_noise_and_loss_are_the_published_ones(name):
     assert (radio.near, radio.loss_near, radio.loss_far) == (0.01, 0.01, 0.5)
     assert radio.bearing_noise == pytest.approx(math.radians(20.0))
     assert scenario.tick == 0.1
+    assert scenario.n_ticks == round(10 * TABLE[name][3])
+    assert find_scenario("es1", {"tick": 0.03}).n_ticks == 60_000
+    with pytest.raises(ValueError, match="frozen"):
+        scenario.radio.max_range = 1.0
 
 
 def test_the_real_robots_differ_in_their_speed_and_in_what_an_exchange_takes_only():
@@ -61,18 +64,6 @@ def test_the_real_robots_differ_in_their_speed_and_in_what_an_exchange_takes_onl
     assert find_scenario(real, back | {"name": "es1"}) == simulated
 
 
-@pytest.mark.parametrize("name", TABLE)
-def test_the_areas_lie_on_the_long_axis_inside_the_walls_and_outside_the_start(name):
-    scenario = find_scenario(name)
-    nest, prey = scenario.areas
-    assert nest[1] == prey[1] == 0.0
-    assert np.hypot(*(prey - nest)) == pytest.approx(scenario.task.area_distance)
-    assert nest[0] == -prey[0]
-    radius = scenario.task.area_radius
-    assert prey[0] + radius <= 0.5 * scenario.arena.length
-    assert prey[0] - radius >= scenario.task.start_radius
-
-
 @pytest.mark.parametrize("part", [Arena, Robot, Sensors, Radio, Task, Scenario])
 def test_every_number_says_what_it_is_in_which_unit_and_where_it_comes_from(part):
     for name, field in part.model_fields.items():
@@ -81,16 +72,6 @@ def test_every_number_says_what_it_is_in_which_unit_and_where_it_comes_from(part
         text = field.description or ""
         assert re.search(UNIT, text) or re.search(DIMENSIONLESS, text), f"{name}: {text!r}"
         assert re.search(ORIGIN, text), f"{name}: {text!r}"
-
-
-def test_a_scenario_cannot_be_changed():
-    with pytest.raises(ValueError, match="frozen"):
-        find_scenario("es1").radio.max_range = 1.0
-
-
-def test_the_duration_in_ticks():
-    assert find_scenario("es1").n_ticks == 18_000
-    assert find_scenario("es1", {"tick": 0.03}).n_ticks == 60_000
 
 
 def test_a_text_that_is_no_scenario_is_refused():

@@ -162,12 +162,16 @@ def run_on_cortex_m4(*sources, cwd, options=()):
 A_TICK = 0.1 * 168e6
 """Cycles of an STM32F407 in a tick."""
 
+ALL_EQUAL = "1000 of 1000 equal\n"
 EXPORTED = "ssgikf", "learned-both", "ssgiff", "ssgikf-sceptical", "learned-sceptical"
+NETWORKS = (0, "motion"), (8, "motion"), (0, "weighting"), (0, "both"), (8, "everything")
+"""How many numbers each remembers, and the layers that it is."""
 
 
-def exported(name, target, folder, scenario="es1"):
-    """Export a controller; its vectors, some of which hold messages and payloads."""
-    robot = ExportedRobot(find_layered_controller(name), find_scenario(scenario))
+def exported(controller, target, folder):
+    """Export a controller or a network; its vectors, some of which hold messages and payloads."""
+    name = any_network(folder, *controller) if isinstance(controller, tuple) else controller
+    robot = ExportedRobot(find_layered_controller(name), find_scenario("es1"))
     export(robot, target, folder)
     vectors = np.fromfile(folder / "vectors.bin", robot.vector)
     assert vectors["n"].sum() > 10
@@ -175,52 +179,28 @@ def exported(name, target, folder, scenario="es1"):
     return vectors
 
 
-@pytest.mark.parametrize("name", EXPORTED)
+@pytest.mark.parametrize("controller", [*EXPORTED, *NETWORKS])
 @needs("gcc")
-def test_a_robot_alone_commands_what_it_does_in_the_swarm(name, tmp_path):
-    vectors = exported(name, "x86-64", tmp_path)
+def test_a_robot_alone_commands_what_it_does_in_the_swarm(controller, tmp_path):
+    vectors = exported(controller, "x86-64", tmp_path)
     run("gcc", "-O2", "-Wall", "-Werror", "example.c", "controller.o", "-o", "run", cwd=tmp_path)
-    assert run("./run", cwd=tmp_path) == "1000 of 1000 equal\n"
+    assert run("./run", cwd=tmp_path) == ALL_EQUAL
     vectors["wheels"][500, 0] += 1e-3
     vectors.tofile(tmp_path / "vectors.bin")
     assert run("./run", cwd=tmp_path, check=False) == "999 of 1000 equal\n"
 
 
-@pytest.mark.parametrize(
-    ("n_state", "learn"),
-    [(0, "motion"), (8, "motion"), (0, "weighting"), (0, "both"), (8, "everything")],
-)
-@needs("gcc")
-def test_a_robot_alone_acts_by_a_network_as_it_does_in_the_swarm(n_state, learn, tmp_path):
-    exported(any_network(tmp_path, n_state, learn), "x86-64", tmp_path)
-    run("gcc", "-O2", "-Wall", "-Werror", "example.c", "controller.o", "-o", "run", cwd=tmp_path)
-    assert run("./run", cwd=tmp_path) == "1000 of 1000 equal\n"
+def some(n, network):
+    """So many of the exported controllers and a network; the others by `pytest -m slow`."""
+    others = (pytest.param(each, marks=pytest.mark.slow) for each in EXPORTED[n:])
+    return [*EXPORTED[:n], network, *others]
 
 
-@needs("node")
-def test_a_network_acts_the_same_in_web_assembly(tmp_path):
-    exported(any_network(tmp_path, 8, "everything"), "wasm32", tmp_path)
-    options = "-target", "wasm32-wasi", "-O2", "example.c", "controller.o", "-o", "run.wasm"
-    zig("cc", *options, cwd=tmp_path)
-    assert run("node", "--no-warnings", HERE / "wasi.mjs", cwd=tmp_path) == "1000 of 1000 equal\n"
-
-
+@pytest.mark.parametrize("controller", some(2, (8, "motion")))
 @needs("arm-none-eabi-gcc", "qemu-system-arm")
-def test_a_network_acts_the_same_on_its_chip(tmp_path):
-    exported(any_network(tmp_path, 8), "cortex-m4", tmp_path)
-    assert run_on_cortex_m4("example.c", "controller.o", cwd=tmp_path) == "1000 of 1000 equal\n"
-
-
-def some(n):
-    """So many of the exported controllers; the others by `pytest -m slow`."""
-    return [*EXPORTED[:n], *(pytest.param(each, marks=pytest.mark.slow) for each in EXPORTED[n:])]
-
-
-@pytest.mark.parametrize("name", some(2))
-@needs("arm-none-eabi-gcc", "qemu-system-arm")
-def test_a_robot_alone_commands_the_same_on_its_chip(name, tmp_path):
-    exported(name, "cortex-m4", tmp_path)
-    assert run_on_cortex_m4("example.c", "controller.o", cwd=tmp_path) == "1000 of 1000 equal\n"
+def test_a_robot_alone_commands_the_same_on_its_chip(controller, tmp_path):
+    exported(controller, "cortex-m4", tmp_path)
+    assert run_on_cortex_m4("example.c", "controller.o", cwd=tmp_path) == ALL_EQUAL
     counting = "-icount", "shift=5"
     counted = run_on_cortex_m4(
         HERE / "instructions.c", "controller.o", cwd=tmp_path, options=counting
@@ -229,26 +209,23 @@ def test_a_robot_alone_commands_the_same_on_its_chip(name, tmp_path):
     assert 1_000 < mean < most < 0.02 * A_TICK, "a tick takes a fiftieth of its time, at most"
 
 
-@pytest.mark.parametrize("name", some(1))
+@pytest.mark.parametrize("controller", some(1, (8, "everything")))
 @needs("node")
-def test_a_robot_alone_commands_the_same_in_web_assembly(name, tmp_path):
-    exported(name, "wasm32", tmp_path)
+def test_a_robot_alone_commands_the_same_in_web_assembly(controller, tmp_path):
+    exported(controller, "wasm32", tmp_path)
     options = "-target", "wasm32-wasi", "-O2", "example.c", "controller.o", "-o", "run.wasm"
     zig("cc", *options, cwd=tmp_path)
-    assert run("node", "--no-warnings", HERE / "wasi.mjs", cwd=tmp_path) == "1000 of 1000 equal\n"
+    assert run("node", "--no-warnings", HERE / "wasi.mjs", cwd=tmp_path) == ALL_EQUAL
 
 
 @pytest.mark.parametrize(
     ("name", "reason"),
-    [("global", "it knows the truth"), ("covariance", None), ("boids-adaptive", "pair of robots")],
+    [("global", "it knows the truth"), ("boids-adaptive", "pair of robots")],
 )
 def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
-    robot = find_layered_controller(name), find_scenario("es1")
-    if reason is None:
-        assert ExportedRobot(*robot).n_robots == 10
-    else:
-        with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
-            ExportedRobot(*robot)
+    assert ExportedRobot(find_layered_controller("covariance"), find_scenario("es1")).n_robots == 10
+    with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
+        ExportedRobot(find_layered_controller(name), find_scenario("es1"))
 
 
 ARGOS = """

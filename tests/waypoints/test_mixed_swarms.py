@@ -33,8 +33,7 @@ def mixed(*controllers):
 
 def run(controller, ticks=60):
     loop = Loop(SCENARIO, controller, [3, 4])
-    for _ in range(ticks):
-        loop.step()
+    loop.run(ticks)
     return loop
 
 

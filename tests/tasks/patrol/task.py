@@ -7,7 +7,7 @@ from patrol.control import SCALE, Situation, decide_world
 from patrol.scenario import PatrolScenario
 from patrol.world import Action, PatrolWorld
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.episode import Episode, EpisodeKind, judged_at_the_end
 from swarm_forage_env.global_state import GlobalState
 from swarm_forage_env.observed_fields import paths
 from swarm_forage_env.policy_interface import PolicyInterface
@@ -21,36 +21,11 @@ def potential(robot, world):
     return float(robot.visits)
 
 
-@dataclass(frozen=True)
-class PatrolEpisode:
+@dataclass(frozen=True, kw_only=True)
+class PatrolEpisode(Episode):
     """The results of one episode."""
 
-    scenario: str
-    controller: str
-    seed: int
-    physics: str
-    n_robots: int
-    duration_s: float
     visits_per_robot: float
-    wall_s: float
-
-
-class PatrolMeter:
-    """Counts the visits of each world."""
-
-    def __init__(self, loop):
-        self._world = loop.world
-
-    def next_sample(self, tick):
-        """There is nothing to measure on the way."""
-        return tick + 1_000_000
-
-    def sample(self, tick):
-        """The end is read in `results`."""
-
-    def results(self):
-        visits = self._world.robots["visits"].mean(axis=1)
-        return [{"visits_per_robot": float(each)} for each in visits]
 
 
 class PatrolState(GlobalState):
@@ -87,7 +62,7 @@ PATROL = Task(
     global_state=PatrolState,
     episode=EpisodeKind(
         PatrolEpisode,
-        PatrolMeter,
+        judged_at_the_end(lambda world: {"visits_per_robot": world.robots["visits"].mean(axis=1)}),
         "visits_per_robot",
         "Visits per robot",
         {"visits_per_robot": ("visits a\nrobot", 1.0)},
