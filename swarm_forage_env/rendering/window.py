@@ -10,9 +10,9 @@ from urllib.parse import quote
 import pygame
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.frame import save
 from swarm_forage_env.rendering.layout import SPEEDS, Layout, checked_size, checked_speed
 from swarm_forage_env.rendering.painter import Painter, Show
+from swarm_forage_env.rendering.viewer import save
 from swarm_forage_env.scene import Scene, Stage
 
 FPS = 30
