@@ -248,10 +248,8 @@ class Loop(WorldsOnCpu):
     def check(self) -> None:
         """Raise what went wrong in a tick, once."""
         if self.world.trouble[-1]:
-            raise task.trouble_in(self.world, self._name_of)
-
-    def _name_of(self, w: int, robot: int) -> str:
-        return str(members_of(self.controllers[w], self.world.n_robots)[robot].name)
+            each = [members_of(own, self.world.n_robots) for own in self.controllers]
+            raise task.trouble_in(self.world, lambda w, robot: str(each[w][robot].name))
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
         """Do a piece of work on all worlds, one chunk of them on each thread.
