@@ -30,9 +30,10 @@ class UnknownNameError(KeyError):
             nearest(name, names)
             or [path for path in names if get_close_matches(name, [path.rpartition(".")[2]])][:1]
         )
-        advice = (
-            f"did you mean {_either(near)}?" if near else f"known: {', '.join(names) or 'none'}"
-        )
+        advice = f"known: {', '.join(names) or 'none'}"
+        if near:
+            *others, last = (f"'{each}'" for each in near)
+            advice = f"did you mean {', '.join(others)}{' or ' if others else ''}{last}?"
         self.message = f"no {kind} named {name!r}, {advice}" + (f"; {note}" if note else "")
         super().__init__(self.message)
 
@@ -85,8 +86,3 @@ def file_reason(error: OSError) -> str:
     No space left on device: 'x.png'
     """
     return str(error).removeprefix(f"[Errno {error.errno}] ")
-
-
-def _either(names: list[str]) -> str:
-    *others, last = (f"'{name}'" for name in names)
-    return f"{', '.join(others)} or {last}" if others else last

@@ -14,6 +14,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from swarm_forage_env import task
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.errors import ConfigError, checked_count
 from swarm_forage_env.interface import Controller, Kernel, RunningController
@@ -22,14 +23,7 @@ from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.record import Rows, copied_rows
 from swarm_forage_env.scene import Scene
-from swarm_forage_env.task import (
-    World,
-    check_fit,
-    checked_worlds,
-    consecutive,
-    one_task,
-    trouble_in,
-)
+from swarm_forage_env.task import World
 from swarm_forage_env.ticks import RUNS, STAGES, Modes, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
@@ -80,7 +74,7 @@ class Loop(WorldsOnCpu):
         are a `MixedController`.
         """
         scenarios = _one_each(scenario, seeds)
-        self.task = one_task(scenarios)
+        self.task = task.one_task(scenarios)
         self.physics = physics or self.task.physics
         self.world: World = self.task.world(scenarios, seeds, self.physics)
         controllers = _one_each(controller, seeds)
@@ -107,7 +101,7 @@ class Loop(WorldsOnCpu):
         now on. The other worlds go on untouched. ConfigError, before anything changes, for what
         does not fit.
         """
-        which = checked_worlds(worlds, self.world.n_worlds)
+        which = task.checked_worlds(worlds, self.world.n_worlds)
         changed = None if scenarios is None else _one_each(scenarios, which)
         numbers = self._numbers_under(changed, which) if changed else []
         self.world.reset(seeds, which, changed)
@@ -126,7 +120,7 @@ class Loop(WorldsOnCpu):
             self.controller.renumber(w, each)
 
     def _numbers_under(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> list[Any]:
-        check_fit([self.world.scenarios[w] for w in which], scenarios)
+        task.check_fit([self.world.scenarios[w] for w in which], scenarios)
         return [
             self.controller.numbers_in(w, scenario)
             for w, scenario in zip(which, scenarios, strict=True)
@@ -170,7 +164,7 @@ class Loop(WorldsOnCpu):
             there, here = (_KIND.format(*kind) for kind in (snapshot.kind, self._kind))
             raise ConfigError(f"a snapshot of {there}, cannot be restored in {here}")
         scenarios = snapshot.world["scenarios"]
-        check_fit(self.world.scenarios, scenarios)
+        task.check_fit(self.world.scenarios, scenarios)
         self.world.restore(snapshot.world)
         self.controller.restore(snapshot.controller)
 
@@ -216,7 +210,7 @@ class Loop(WorldsOnCpu):
         """Let the controller forget some worlds, then sense and observe in them."""
         seed_of = dict(zip(which, seeds, strict=True))
         stages = tuple(STAGES) if self.world.is_compiled else AFTER_ENGINE
-        for first, last in consecutive(which):
+        for first, last in task.consecutive(which):
             self.controller.reset(first, last, [seed_of[w] for w in range(first, last)])
             self._call(stages, 1, self.world.beginning, first, last)
         self.check()
@@ -245,7 +239,7 @@ class Loop(WorldsOnCpu):
         if self.world.is_compiled:
             self._call(tuple(STAGES), n_ticks, modes, first, last)
             return
-        for begin, end in consecutive([w for w in range(first, last) if modes[w] == RUNS]):
+        for begin, end in task.consecutive([w for w in range(first, last) if modes[w] == RUNS]):
             self.run_stages("decide", first=begin, last=end)
             if not self.world.trouble[-1]:
                 self.world.move(begin, end)
@@ -254,10 +248,8 @@ class Loop(WorldsOnCpu):
     def check(self) -> None:
         """Raise what went wrong in a tick, once."""
         if self.world.trouble[-1]:
-            raise trouble_in(self.world, self._name_of)
-
-    def _name_of(self, w: int, robot: int) -> str:
-        return str(members_of(self.controllers[w], self.world.n_robots)[robot].name)
+            each = [members_of(own, self.world.n_robots) for own in self.controllers]
+            raise task.trouble_in(self.world, lambda w, robot: str(each[w][robot].name))
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
         """Do a piece of work on all worlds, one chunk of them on each thread.

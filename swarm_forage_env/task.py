@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float64, UInt64
+from swarm_forage_env import ticks
+from swarm_forage_env.arrays import Array, Float64, UInt64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -27,19 +28,7 @@ from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
 from swarm_forage_env.record import Record, Rows, rows, under_the_one_dtype
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
-from swarm_forage_env.ticks import (
-    BEGINS,
-    N_TROUBLES,
-    NO_ROOM,
-    NO_TROUBLE,
-    REFUSED,
-    RUNS,
-    TOO_MANY_NEAR,
-    Modes,
-    Trouble,
-    only,
-    run_ticks,
-)
+from swarm_forage_env.ticks import Modes, Trouble
 
 
 class World(ABC):
@@ -61,9 +50,9 @@ class World(ABC):
         """What each robot has earned since somebody set it to 0."""
         self.trouble: Trouble = np.zeros(self.n_worlds + 1, np.int64)
         """What went wrong in each world, as `ticks.note` says."""
-        self.modes: Modes = np.full(self.n_worlds, RUNS, np.int8)
+        self.modes: Modes = np.full(self.n_worlds, ticks.RUNS, np.int8)
         """What each world does in a call of `run_ticks`: it runs."""
-        self.beginning: Modes = np.full(self.n_worlds, BEGINS, np.int8)
+        self.beginning: Modes = np.full(self.n_worlds, ticks.BEGINS, np.int8)
         """The modes of worlds that are to sense and observe before their first tick."""
 
     @property
@@ -99,7 +88,7 @@ class World(ABC):
 
     @cached_property
     def _tick(self) -> Kernel:
-        return typed_once(bind(run_ticks, {**self.functions, **only("engine", "tick")}))
+        return typed_once(bind(ticks.run_ticks, {**self.functions, **ticks.only("engine", "tick")}))
 
     @property
     def scenario(self) -> BaseScenario:
@@ -115,12 +104,6 @@ class World(ABC):
     def state(self) -> Rows:
         """The truth with a row for each robot of every world; `state.pose` is a column of it."""
         return rows(self.robots)
-
-    @property
-    def is_over(self) -> Bool[Array, " worlds"]:
-        """The scenario's time is up in each world."""
-        n_ticks = [scenario.n_ticks for scenario in self.scenarios]
-        return np.asarray(self.worlds["ticks"] >= n_ticks)
 
     def reset(
         self,
@@ -219,18 +202,18 @@ def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
     `name_of` gives the name of the controller of a robot of a world.
     """
     w = int(np.flatnonzero(world.trouble[:-1])[0])
-    robot, kind = divmod(int(world.trouble[w]), N_TROUBLES)
-    world.trouble[...] = NO_TROUBLE
-    if kind == TOO_MANY_NEAR:
+    robot, kind = divmod(int(world.trouble[w]), ticks.N_TROUBLES)
+    world.trouble[...] = ticks.NO_TROUBLE
+    if kind == ticks.TOO_MANY_NEAR:
         return RuntimeError(
             f"world {w}: a robot has {robot} neighbours, more than discs of its radius can be"
             " without overlapping: contacts were not resolved"
         )
-    if kind == NO_ROOM:
+    if kind == ticks.NO_ROOM:
         return ConfigError(
             f"world {w}: the robots found no place in the start circle; enlarge task.start_radius"
         )
-    if kind == REFUSED:
+    if kind == ticks.REFUSED:
         return ConfigError(
             f"actions of world {w}: must be finite and within the action space; clip them first,"
             " as torch.clamp does"

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 
 from baselines.evaluation.watch import Take, WatchOptions
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.frame import frame_of, save
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
 from swarm_forage_env.rendering.video import Video, fps_of
+from swarm_forage_env.rendering.viewer import frame_of, save
 from swarm_forage_env.rendering.window import Window
 from swarm_forage_env.scene import Scene, Stage
 

@@ -10,15 +10,9 @@ from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, entry_point
+from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.config import EnvConfig, check_choices
-from swarm_forage_env.envs.decision_kernels import (
-    Form,
-    as_command,
-    convert,
-    raw_of_choice,
-    raw_of_numbers,
-    share_of_command,
-)
+from swarm_forage_env.envs.decision_kernels import Form
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import CORRECT, COURSE, REPLACE, Kernel
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
@@ -55,7 +49,7 @@ class ActionForm:
         own = None if steering is None else steering.command
         by = config.sharpest_turn
         if config.residual:
-            own, by = share_of_command, config.residual
+            own, by = kernels.share_of_command, config.residual
         n_symmetric = policy.n_weights if self._is_symmetric else 0
         no_choices = np.zeros((0, len(policy.action)), np.float32)
         self.space: Box | Discrete[np.int64] = self.layout.box()
@@ -64,13 +58,13 @@ class ActionForm:
         )  # fmt: skip
         """How an action becomes what the layers take, as `decision_kernels.take` has it."""
         self.functions: dict[str, Kernel] = {
-            "write_raw": raw_of_numbers, "command": own or as_command
+            "write_raw": kernels.raw_of_numbers, "command": own or kernels.as_command
         }  # fmt: skip
         """What the templates of a decision have free names for."""
         if config.discrete:
             self.choices = self._choices(config.discrete)
             self.conversion = self.to_raw(self.choices), *self.conversion[1:]
-            self.functions = {"write_raw": raw_of_choice}
+            self.functions = {"write_raw": kernels.raw_of_choice}
             self.space = Discrete(len(self.choices))
         self.is_discrete = bool(config.discrete)
         """An action is a choice, and not numbers."""
@@ -80,7 +74,7 @@ class ActionForm:
     def to_raw(self, given: Array) -> Raw:
         """What the layers take, of actions, a row for each robot."""
         raw = np.empty((1, len(given), len(self._policy.action)), np.float32)
-        bind(convert, self.functions)(given[None], self.conversion, raw, (0, 1))
+        bind(kernels.convert, self.functions)(given[None], self.conversion, raw, (0, 1))
         return np.asarray(raw[0])
 
     def _layout(self) -> Layout:

@@ -6,16 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
+from swarm_forage_env import parameters
 from swarm_forage_env.errors import ConfigError, shown
-from swarm_forage_env.parameters import (
-    MAX_TICKS,
-    BaseScenario,
-    Count,
-    NotNegative,
-    Parameters,
-    Positive,
-    Share,
-)
+from swarm_forage_env.parameters import Count, NotNegative, Parameters, Positive, Share
 
 MAX_CHOICES = 4096
 """Discrete actions of a robot, at most: a network has one output for each."""
@@ -121,7 +114,7 @@ class EnvConfig(PolicyKeywords):
         description="Threads that run the worlds of a block; the result does not depend on them."
         " They pay under `kinematic` with hundreds of worlds",
     )
-    max_cycles: Annotated[int, Field(ge=1, le=MAX_TICKS)] | None = Field(
+    max_cycles: Annotated[int, Field(ge=1, le=parameters.MAX_TICKS)] | None = Field(
         None,
         description='Length of an episode [steps; with `step_on="exchange"` ticks]; None: the'
         " scenario's duration",
@@ -159,7 +152,7 @@ def check_choices(discrete: bool | tuple[int, int], n_choices: int) -> None:
         )
 
 
-def n_steps(scenario: BaseScenario, config: EnvConfig) -> int:
+def n_steps(scenario: parameters.BaseScenario, config: EnvConfig) -> int:
     """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
     if config.period > scenario.n_ticks:
         raise ConfigError(

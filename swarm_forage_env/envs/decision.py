@@ -8,15 +8,8 @@ from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float64, Int64
 from swarm_forage_env.device_loop import DeviceLoop
-from swarm_forage_env.envs.decision_kernels import (
-    Terms,
-    check,
-    check_choices,
-    check_numbers,
-    credit,
-    take,
-    write_potentials,
-)
+from swarm_forage_env.envs import decision_kernels as kernels
+from swarm_forage_env.envs.decision_kernels import Terms
 from swarm_forage_env.envs.episodes import Episodes
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.stepping import Worlds
@@ -47,9 +40,9 @@ class Decisions:
         table, *rest = form.action.conversion
         self._conversion = memory.to_device(table), *rest
         self._fields = worlds.fields(form.policy.action)
-        self._take = worlds.kernel(take, form.action.functions)
-        self._allowed = check_choices if form.action.is_discrete else check_numbers
-        self._check = worlds.kernel(check, {"check_actions": self._allowed})
+        self._take = worlds.kernel(kernels.take, form.action.functions)
+        self._allowed = kernels.check_choices if form.action.is_discrete else kernels.check_numbers
+        self._check = worlds.kernel(kernels.check, {"check_actions": self._allowed})
         space = form.action.space
         self._limits: Any = 0
         """The bounds of the numbers of an action, or how many choices there are."""
@@ -57,11 +50,11 @@ class Decisions:
             self._limits = memory.to_device(space.low), memory.to_device(space.high)
         else:
             self._limits = len(form.action.choices)
-        self._credit = worlds.kernel(credit, {})
+        self._credit = worlds.kernel(kernels.credit, {})
         phi = form.task.potential
         self._note = None
         if config.shaping > 0.0 and phi is not None:
-            self._note = worlds.kernel(write_potentials, {"potential": phi.of})
+            self._note = worlds.kernel(kernels.write_potentials, {"potential": phi.of})
         self._potentials = memory.to_device(
             np.zeros((2, *shape) if config.shaping > 0.0 else (2, 0, 0))
         )

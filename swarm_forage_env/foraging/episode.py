@@ -7,15 +7,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 from swarm_forage_env.episode import EpisodeHeader, EpisodeKind, MeasuredLoop
-from swarm_forage_env.foraging.metrics import (
-    add_errors,
-    is_sound,
-    knows_both_areas_now,
-    knows_both_areas_share,
-    recruited_at,
-    recruitment_time,
-    total,
-)
+from swarm_forage_env.foraging import metrics
 from swarm_forage_env.raw_control import has_estimators
 
 SAMPLE_EVERY = 1.0
@@ -73,7 +65,7 @@ class LocalisationErrorMeter:
         world, minds = loop.world, loop.controller.minds
         if has_estimators(minds):
             situations = minds["estimator"]["situation"]
-            add_errors(
+            metrics.add_errors(
                 world.robots, situations, world.worlds, self._is_meant, self._sum, self._count
             )
 
@@ -89,7 +81,7 @@ class ForagingMeter:
         self._loop = loop
         robots, scenario = loop.world.robots, loop.world.scenario
         self._error = LocalisationErrorMeter(np.ones(robots.shape, np.bool_))
-        self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.faults["kinds"])
+        self._is_sound: Bool[Array, "worlds robots"] = metrics.is_sound(loop.world.faults["kinds"])
         self._sound_error = LocalisationErrorMeter(self._is_sound)
         self._has_faults: Bool[Array, " worlds"] = loop.world.worlds["has_faults"] != 0
         self._on_path: list[Float64[Array, " worlds"]] = []
@@ -113,14 +105,14 @@ class ForagingMeter:
                 self._sound_error.sample(self._loop)
         if self._hundredths(tick) > self._hundredths(tick - 1):
             world = self._loop.world
-            self._on_path.append(knows_both_areas_now(world.state.known, world.n_worlds))
+            self._on_path.append(metrics.knows_both_areas_now(world.state.known, world.n_worlds))
 
     def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
         world, tick = self._loop.world, self._loop.world.scenario.tick
         first_visit, n = world.robots["first_visit"], world.n_worlds
-        recruited = recruitment_time(world.state.first_visit, n, tick)
-        messages = total(world.state.messages, n)
+        recruited = metrics.recruitment_time(world.state.first_visit, n, tick)
+        messages = metrics.total(world.state.messages, n)
         return [
             {
                 **_counts(world.robots[w], self._n_ticks),
@@ -128,7 +120,7 @@ class ForagingMeter:
                 "messages": int(messages[w]),
                 "localisation_error_m": self._error.mean(w),
                 "on_path_over_time": tuple(float(shares[w]) for shares in self._on_path),
-                "recruited_at_s": tuple(recruited_at(first_visit[w], tick).tolist()),
+                "recruited_at_s": tuple(metrics.recruited_at(first_visit[w], tick).tolist()),
                 **(self._results_of_sound(w) if self._has_faults[w] else {}),
             }
             for w in range(n)
@@ -145,7 +137,7 @@ class ForagingMeter:
 def _counts(robots: Array, n_ticks: int) -> dict[str, object]:
     on_path = None
     if len(robots):
-        on_path = float(knows_both_areas_share(robots["path_ticks"], 1, n_ticks)[0])
+        on_path = float(metrics.knows_both_areas_share(robots["path_ticks"], 1, n_ticks)[0])
     return {
         "round_trips": int(robots["round_trips"].sum()),
         "on_path_share": on_path,

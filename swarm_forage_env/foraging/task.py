@@ -1,20 +1,10 @@
 """The task of foraging, as the rest of the code knows it."""
 
 from swarm_forage_env.epuck.task import gpu_task, slots
+from swarm_forage_env.foraging import global_state, policies
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
-from swarm_forage_env.foraging.global_state import (
-    FORAGING_LOGS,
-    FORAGING_TRAJECTORY,
-    ForagingState,
-)
-from swarm_forage_env.foraging.policies import (
-    FORAGING_STEERINGS,
-    LEARNABLE,
-    apply_action,
-    hear_words,
-)
 from swarm_forage_env.foraging.records import RobotState, Said
 from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
@@ -31,16 +21,16 @@ FORAGING = Task(
     controller="ssgikf",
     agent="epuck",
     steered_by=("robots.readings", "robots.heard"),
-    policies=LEARNABLE,
-    steerings=FORAGING_STEERINGS,
-    gpu=gpu_task(RobotState, FORAGING_LOGS),
-    raw_control=RawControl(Said, apply_action, hear_words, slots),
+    policies=policies.LEARNABLE,
+    steerings=policies.FORAGING_STEERINGS,
+    gpu=gpu_task(RobotState, global_state.FORAGING_LOGS),
+    raw_control=RawControl(Said, policies.apply_action, policies.hear_words, slots),
     potential=FORAGING_POTENTIAL,
-    global_state=ForagingState,
+    global_state=global_state.ForagingState,
     episode=FORAGING_EPISODE,
     events=ForagingEvents,
     drawing=(stage_of, scene_of),
-    trajectory=FORAGING_TRAJECTORY,
+    trajectory=global_state.FORAGING_TRAJECTORY,
 )
 
 TASKS.register(FORAGING.name)(FORAGING)

@@ -6,17 +6,11 @@ from functools import lru_cache, partial
 import numpy as np
 import pygame
 
-from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering import palette, shapes
 from swarm_forage_env.rendering.goals import draw_ellipse, draw_goal, draw_right, draw_wrong
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour
-from swarm_forage_env.rendering.shapes import (
-    Point,
-    draw_arc,
-    draw_belief,
-    draw_fault_mark,
-    draw_robot,
-)
+from swarm_forage_env.rendering.shapes import Point
 from swarm_forage_env.scene import WITHIN, Scene, Stage
 
 FINENESS = 4
@@ -183,21 +177,21 @@ def legend_of(stage: Stage) -> list[dict[str, Icon]]:
         return [robots, GOALS]
     robots[MESSAGE] = _draw_message
     if stage.has_faults:
-        robots["faulty"] = lambda on, at, r, px: draw_fault_mark(on, at, r, round(1.2 * px))
+        robots["faulty"] = lambda on, at, r, px: shapes.draw_fault_mark(on, at, r, round(1.2 * px))
     return [robots]
 
 
 def _draw_robot(code: int, on: pygame.Surface, at: Point, radius: float, pixel: float) -> None:
-    draw_robot(on, at, 0.0, code, (radius, pixel))
+    shapes.draw_robot(on, at, 0.0, code, (radius, pixel))
 
 
 def _draw_message(on: pygame.Surface, at: Point, radius: float, pixel: float) -> None:
     sender, receiver = np.array([[-1.5 * radius, 0.2 * at[1]], [1.5 * radius, 0.2 * at[1]]]) + at
-    draw_arc(on, sender, receiver, round(1.5 * pixel))
+    shapes.draw_arc(on, sender, receiver, round(1.5 * pixel))
 
 
 def _draw_belief(on: pygame.Surface, at: Point, radius: float, pixel: float) -> None:
-    draw_belief(on, np.array(at), (0.55 * at[1], 0.9 * at[1]), palette.BLUE, 0.6 * pixel)
+    shapes.draw_belief(on, np.array(at), (0.55 * at[1], 0.9 * at[1]), palette.BLUE, 0.6 * pixel)
 
 
 class TextRenderer:

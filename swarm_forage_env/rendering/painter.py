@@ -7,19 +7,11 @@ import numpy as np
 import pygame
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering import palette, shapes
 from swarm_forage_env.rendering.goals import GoalPainter
 from swarm_forage_env.rendering.hud import HeadUpDisplay
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour, mixed, trail_colour
-from swarm_forage_env.rendering.shapes import (
-    dashed_circle,
-    draw_arc,
-    draw_belief,
-    draw_fault_mark,
-    draw_robot,
-    draw_walls,
-)
 from swarm_forage_env.rendering.trails import Trails
 from swarm_forage_env.scene import Localised, Scene, Stage
 
@@ -98,7 +90,7 @@ class Painter:
         if show.messages:
             spots, width = self._spot(scene.pose[:, :2]), max(2, round(1.4 * self._pixel))
             for sender, receiver in self._trails.messages().tolist():
-                draw_arc(self._canvas, spots[sender], spots[receiver], width)
+                shapes.draw_arc(self._canvas, spots[sender], spots[receiver], width)
         if show.beliefs and show.selected is not None:
             self._draw_beliefs(scene, show.selected)
 
@@ -129,14 +121,14 @@ class Painter:
             self._goals.draw_field(floor)
         else:
             radius, stroke = stage.start_radius * self._scale, (self._width(1.0), 6.0 * self._pixel)
-            dashed_circle(floor, palette.FAINT, self._spot(np.zeros(2)), radius, stroke)
+            shapes.dashed_circle(floor, palette.FAINT, self._spot(np.zeros(2)), radius, stroke)
         for centre, colour, _ in self._named_areas():
             radius = stage.area_radius * self._scale
             pygame.draw.circle(floor, mixed(colour, palette.FLOOR, 0.28), centre, radius)
             pygame.draw.circle(floor, colour, centre, radius, self._width(1.5))
         for each in stage.obstacles:
             points = self._spot(each.points).tolist()
-            draw_walls(floor, points, each.radius * self._scale, each.is_closed)
+            shapes.draw_walls(floor, points, each.radius * self._scale, each.is_closed)
         return floor
 
     def _named_areas(self) -> Iterator[tuple[Float64[Array, " 2"], Colour, str]]:
@@ -203,16 +195,16 @@ class Painter:
             true, ring = self._spot(nearest), P_RING * float(scene.p[robot, area])
             radii = stage.area_radius * self._scale, (stage.area_radius + ring) * self._scale
             pygame.draw.line(self._canvas, palette.INK, true, believed[area], self._width(1.5))
-            draw_belief(self._canvas, believed[area], radii, colour, self._pixel)
+            shapes.draw_belief(self._canvas, believed[area], radii, colour, self._pixel)
 
     def _draw_robots(self, scene: Scene, selected: int | None) -> None:
         size = self.layout.robot_radius * self._fine, 1.2 * self._pixel
         spots, headings = self._spot(scene.pose[:, :2]).tolist(), scene.pose[:, 2].tolist()
         for spot, heading, doing in zip(spots, headings, scene.doing.tolist(), strict=True):
-            draw_robot(self._canvas, spot, heading, doing, size)
+            shapes.draw_robot(self._canvas, spot, heading, doing, size)
         if scene.faulty is not None:
             for robot in np.flatnonzero(scene.faulty):
-                draw_fault_mark(self._canvas, spots[robot], size[0], self._width(1.5))
+                shapes.draw_fault_mark(self._canvas, spots[robot], size[0], self._width(1.5))
         if selected is not None:
             halo = size[0] + 3.5 * self._pixel
             width = self._width(2.0)

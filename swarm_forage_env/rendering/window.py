@@ -10,9 +10,9 @@ from urllib.parse import quote
 import pygame
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.frame import save
 from swarm_forage_env.rendering.layout import SPEEDS, Layout, checked_size, checked_speed
 from swarm_forage_env.rendering.painter import Painter, Show
+from swarm_forage_env.rendering.viewer import save
 from swarm_forage_env.scene import Scene, Stage
 
 FPS = 30
@@ -83,7 +83,7 @@ class Window:
         self._due = scene.time + self.speed / FPS
         self._wait_for(scene)
         self._draw()
-        while self._waits():
+        while self.paused and not self.closed and not self._one_step:
             time.sleep(1.0 / FPS)
             self._answer()
             self._draw()
@@ -127,9 +127,6 @@ class Window:
             if early <= 0.0:
                 return
             time.sleep(min(early, 1.0 / FPS))
-
-    def _waits(self) -> bool:
-        return self.paused and not self.closed and not self._one_step
 
     def _set_clock(self) -> None:
         if self._scene is not None:

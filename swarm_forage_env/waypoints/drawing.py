@@ -2,19 +2,10 @@
 
 import numpy as np
 
+from swarm_forage_env import scene
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.record import rows
-from swarm_forage_env.scene import (
-    EXPLORING,
-    STATES,
-    TALKING,
-    GoalField,
-    Localised,
-    Scene,
-    Stage,
-    without_beliefs,
-)
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
@@ -24,15 +15,15 @@ MARGIN = 1.0
 BODY_RADIUS = 0.17
 """Of an iRobot Create [m]; the world has no contacts, so that no scenario has it."""
 
-SEEING = {EXPLORING: "sees nobody", TALKING: "sees others"}
+SEEING = {scene.EXPLORING: "sees nobody", scene.TALKING: "sees others"}
 """What robots are doing: those that see each other exchange what they believe."""
 
 
-def stage_of(scenario: WaypointsScenario, controller: str) -> Stage:
+def stage_of(scenario: WaypointsScenario, controller: str) -> scene.Stage:
     """The stage of a scenario, moved by what is named so."""
     task = scenario.task
     side = task.side + 2.0 * MARGIN
-    return Stage(
+    return scene.Stage(
         scenario=scenario.name,
         controller=controller,
         length=side,
@@ -46,13 +37,13 @@ def stage_of(scenario: WaypointsScenario, controller: str) -> Stage:
         n_robots=task.n_robots,
         tick=scenario.tick,
         duration=scenario.n_ticks * scenario.tick,
-        states=tuple(SEEING.get(code, "") for code in range(len(STATES))),
-        goals=GoalField(task.side, task.tolerance, scenario.sensors.reach),
+        states=tuple(SEEING.get(code, "") for code in range(len(scene.STATES))),
+        goals=scene.GoalField(task.side, task.tolerance, scenario.sensors.reach),
         headings=("Goals reached", "Within ellipse"),
     )
 
 
-def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> Scene:
+def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> scene.Scene:
     """One world of a block as it stands; without estimates where no estimator keeps any."""
     robots, n = world.robots[which].view(np.recarray), world.n_robots
     pose, seen = robots.pose.copy(), world.sightings["seen"][which]
@@ -63,13 +54,13 @@ def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> Scene:
     receiver, sender = np.nonzero(seen)
     goal, right, wrong = robots.goal.copy(), robots.right.copy(), robots.wrong.copy()
     own = {
-        "doing": np.where(seen.any(axis=1), TALKING, EXPLORING).astype(np.int8),
+        "doing": np.where(seen.any(axis=1), scene.TALKING, scene.EXPLORING).astype(np.int8),
         "time": float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
         "pose": pose,
         "messages": np.stack([sender, receiver], axis=1).astype(np.int32),
-        "localised": Localised(goal, believed, ellipse, right, wrong),
+        "localised": scene.Localised(goal, believed, ellipse, right, wrong),
     }
-    return Scene(**without_beliefs(n) | own)
+    return scene.Scene(**scene.without_beliefs(n) | own)
 
 
 def ellipses(covariance: Float64[Array, "robots 2 2"]) -> Float64[Array, "robots 3"]:

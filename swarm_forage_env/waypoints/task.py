@@ -8,17 +8,11 @@ from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.raw_control import RawControl
 from swarm_forage_env.record import field
 from swarm_forage_env.task import TASKS, Events, Potential, Task
+from swarm_forage_env.waypoints import policies
 from swarm_forage_env.waypoints.control import decide_world
 from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.global_state import WAYPOINT_TRAJECTORY, WaypointsState
-from swarm_forage_env.waypoints.policies import (
-    LEARNABLE,
-    STEERINGS,
-    apply_action,
-    hear_words,
-    robots,
-)
 from swarm_forage_env.waypoints.records import RobotState, Said, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
@@ -64,10 +58,10 @@ WAYPOINTS = Task(
     decide=decide_world,
     controller="boids-adaptive",
     agent="create",
-    policies=LEARNABLE,
-    steerings=STEERINGS,
+    policies=policies.LEARNABLE,
+    steerings=policies.STEERINGS,
     is_joint=True,
-    raw_control=RawControl(Said, apply_action, hear_words, robots),
+    raw_control=RawControl(Said, policies.apply_action, policies.hear_words, policies.robots),
     potential=Potential(potential),
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,

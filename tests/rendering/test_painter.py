@@ -9,9 +9,9 @@ from numpy.testing import assert_array_equal
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering import painter as painter_of
 from swarm_forage_env.rendering import palette
-from swarm_forage_env.rendering.frame import frame_of
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
+from swarm_forage_env.rendering.viewer import frame_of
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.scene import LOST, TALKING, TO_THE_NEST
 from swarm_forage_env.task import stage_of
