@@ -140,7 +140,6 @@ def figures() -> list[PaperFigure]:
 
 
 LEFT_OPEN = {**TR_LEFT_OPEN, "The experiments": "baselines.papers.ants2008"}
-"""Whose docstring says what the paper leaves open, by heading."""
 
 
 @PAPERS.register("ants2008")

@@ -80,7 +80,6 @@ LEFT_OPEN = {
     "The learned defence": "baselines.estimators.reputation_odometry",
     "The experiment": "baselines.papers.robustness",
 }
-"""Whose docstring says what is chosen, by heading."""
 
 
 def sound_trips(episode: ForagingEpisode) -> float:

@@ -179,7 +179,6 @@ LEFT_OPEN = {
     "The Fermi filter": "baselines.weighting.sgiff:SGIFF",
     "The experiments": "baselines.papers.social_odometry",
 }
-"""Whose docstring says what the paper leaves open, by heading."""
 
 
 @PAPERS.register("social-odometry")
