@@ -74,9 +74,9 @@ def box_panels(
     caption: Caption,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of box plots, a panel for each setup. Ticks that are names have lying boxes.
+    """A figure of box plots, a panel for each setup; `controllers` as in `styles_of`.
 
-    `controllers` maps the series, or the ticks of a single series, as in `styles_of`.
+    Ticks that are names have lying boxes; the style is then that of the tick.
     """
     layout = _layout(panels, controllers or {}, caption.n)
     n_ticks = max(map(len, panels.values()))

@@ -1,8 +1,7 @@
 """Heat maps of the robots' positions in one episode of each controller.
 
-The positions are those that `evaluate --trajectories` has written. Where there are none, the same
-configuration and seed give the same episode to the last bit, so it is run again; its round trips
-must be those that the dataset holds.
+The positions are those that `evaluate --trajectories` has written, or else the same episode is run
+again, whose round trips must be those that the dataset holds.
 """
 
 import logging
