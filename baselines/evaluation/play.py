@@ -51,7 +51,7 @@ MAX_CONTROLLERS = 2  # swarms side by side
 FRAME = 1.0  # time between two frames of a page [s]
 
 ROBOTS, LIARS, OBSTACLES = "task.n_robots", "faults.liar.share", "obstacles"
-WORDS = {
+WORDS = {  # what a visitor changes: how it is called, and its unit
     ROBOTS: ("Robots", ""),
     "radio.max_range": ("Radio range", "m"),
     "radio.bearing_noise": ("Bearing noise", "rad"),
@@ -60,19 +60,17 @@ WORDS = {
     OBSTACLES: ("Obstacles", ""),
     "weighting.beta": ("Beta", ""),
 }
-"""What a visitor changes: how it is called, and its unit."""
 
 OF_CONTROLLER = ("weighting.beta",)
 
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
 """Values of a number, as multiples of the usual one; those that are refused are left out."""
 
-VALUES: Mapping[str, tuple[float, ...]] = {
+VALUES: Mapping[str, tuple[float, ...]] = {  # values of others, among which the usual one is put
     ROBOTS: (2, 3, 5, 10, 15, 20, 30, 40, 50),
     LIARS: (0.0, 0.1, 0.2, 0.3, 0.4, 0.5),
     OBSTACLES: (0, 1),
 }
-"""Values of others, among which the usual one is put."""
 
 RECORDED = 300.0  # how much of an episode is recorded beside [s]
 WIDER = 1.1  # a start circle that is too small for the robots is widened by this, again and again
@@ -454,13 +452,12 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
     return llvm_text_of(bind(run_and_draw, own), memory, numbers, call, types.int64, shapes)
 
 
-CALL = (
+CALL = (  # how the arrays of a page are handed over
     "called(({world},), ({layers},), modes, trouble,"
     " (first_robot, first_mind, first_memory, seeds, places, poses), {noise}, n_ticks, columns,"
     " pairs, ((robot_words, mind_words, robot_words, spans, n_robots), learners, ({scaling}),"
     " (no_spans, time_left, raw), (seen, frames, seen)), ({piloting},))"
 )
-"""How the arrays of a page are handed over."""
 
 
 def _driving(usual: Loop) -> Driving:
