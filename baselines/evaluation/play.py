@@ -11,7 +11,6 @@ from typing import cast
 import numpy as np
 from numba.core import types
 
-from baselines.controller import LayeredController
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.plot_style import colour_of
@@ -30,7 +29,7 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
-from swarm_forage_env.parameters import BaseScenario, leaves
+from swarm_forage_env.parameters import leaves
 from swarm_forage_env.record import offset_of
 from swarm_forage_env.rendering.playground import (
     ArrayPlace,
@@ -148,7 +147,7 @@ def _changes(configuration: ExperimentConfig) -> Iterator[tuple[tuple[str, float
                     made = _changed(configuration, settings)
                 except ConfigError:
                     continue
-                if _is_alike(made.loop, usual.loop):
+                if _records(made.loop) == _records(usual.loop):
                     yield (name, value), made
                 break
 
@@ -188,16 +187,13 @@ def _wall(scenario: Scenario, side: int) -> dict[str, object]:
 def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> Choice:
     """The swarm with these changes; ConfigError if they are refused."""
     scenario, controller = configuration.scenario, configuration.controller
+    settings: tuple[str, ...] = ()
     if changes.keys() <= {*OF_CONTROLLER}:
         own = {name: value for name, value in changes.items() if name in controller.parameters}
-        return _choice(scenario, controller.with_parameters(own))
-    settings = tuple(f"{name}={value}" for name, value in changes.items())
-    return _choice(find_scenario(scenario, changes), controller, settings)
-
-
-def _choice(
-    scenario: BaseScenario, controller: LayeredController, settings: tuple[str, ...] = ()
-) -> Choice:
+        controller = controller.with_parameters(own)
+    else:
+        settings = tuple(f"{name}={value}" for name, value in changes.items())
+        scenario = find_scenario(scenario, changes)
     pilot, layers = pilot_and_layers(controller, scenario)
     loop = Loop(scenario, layers, [0], "kinematic")
     if not loop.controller.compiled.has_beliefs:
@@ -208,14 +204,10 @@ def _choice(
     return Choice(loop, pilot, settings)
 
 
-def _is_alike(loop: Loop, usual: Loop) -> bool:
-    """The machine code of one swarm runs the other: records and observations are the same."""
-    one, other = (
-        ([own.dtype for own in (*memory_of(each), *each.controller.compiled.firsts)],
-         _scenario(each).slots)
-        for each in (loop, usual)
-    )  # fmt: skip
-    return one == other
+def _records(loop: Loop) -> tuple[object, ...]:
+    """What machine code depends on: swarms of which it is equal run each other's."""
+    arrays = *memory_of(loop), *loop.controller.compiled.firsts
+    return [each.dtype for each in arrays], _scenario(loop).slots
 
 
 def _slider(
