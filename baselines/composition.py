@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.motion.base import CompiledMotion
-from baselines.weighting.base import CompiledWeighting, no_gain
+from baselines.weighting.base import no_gain
 from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
@@ -160,7 +159,7 @@ def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_groups
 def composition_of(controller: LayerParts, layers: Layers) -> Composition:
     """What each layer of a controller consists of, except numbers; or its rule in NumPy."""
     estimator, weighting, motion = layers
-    is_compiled = isinstance(controller.weighting, CompiledWeighting)
+    is_compiled = hasattr(controller.weighting, "layer")
     return [
         (functions_of(estimator), None),
         (functions_of(weighting), None if is_compiled else controller.weighting),
@@ -196,11 +195,11 @@ def layers_of(controller: LayerParts, scenario: BaseScenario) -> Layers:
     estimator = controller.estimator.layer(scenario)
     estimator.check_falsifiable(controller.name, scenario)
     rule, part = controller.weighting, controller.motion
-    if isinstance(rule, CompiledWeighting):
+    if hasattr(rule, "layer"):
         weighting = rule.layer(scenario) or estimator.own_weighting
     else:
         weighting = WeightingLayer(no_gain, heard_p_share=rule.heard_p_share)
     if weighting is None:
         raise ConfigError("weighting 'filter': this estimator has no gain of its own; name a rule")
-    motion = part.layer(scenario) if isinstance(part, CompiledMotion) else None
+    motion = part.layer(scenario) if hasattr(part, "layer") else None
     return estimator, weighting, motion or MotionLayer(no_motion, {})

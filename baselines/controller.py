@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 from baselines.composition import LayerParts, Row, functions_of
 from baselines.estimators import ESTIMATORS
@@ -23,15 +23,6 @@ from swarm_forage_env.task import World, task_of
 
 REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
 """Where the parts of each layer are registered."""
-
-
-@runtime_checkable
-class _Checked(Protocol):
-    """Parameters of a layer that needs more than numbers, as the file of a policy."""
-
-    def check_usable(self, scenario: BaseScenario | None = None) -> None:
-        """ConfigError or UnknownNameError if something is missing, or does not fit."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -85,7 +76,7 @@ class LayeredController(LayerParts):
             layer: override(changed.layers[layer], to) for layer, to in changes.items()
         }
         for part in parts.values():
-            if isinstance(part, _Checked):
+            if hasattr(part, "check_usable"):  # it needs more than numbers, as a policy's file
                 part.check_usable()
         return replace(changed, **parts)
 
@@ -122,8 +113,8 @@ class LayeredController(LayerParts):
         """ConfigError or UnknownNameError if a layer does not support such a world, or lacks
         something that it needs there; nothing is built."""
         self.check_supports(scenario)
-        for part in self.layers.values():
-            if isinstance(part, _Checked):
+        for part in (self.estimator, self.weighting, self.motion):
+            if hasattr(part, "check_usable"):
                 part.check_usable(scenario)
 
     def assumed(self, scenario: BaseScenario) -> str:

@@ -8,7 +8,7 @@ decides for them. All robots of one controller are a team of one group.
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from baselines.composition import (
     set_stream,
     settings_of,
 )
-from baselines.weighting.base import CompiledWeighting
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.interface import (
     KEEP,
@@ -73,11 +72,11 @@ class CompositionGroup:
         if is_numpy_motion(motion):
             self.steer = controller.motion.start(world.scenario, seeds)
         rule = controller.weighting
-        if isinstance(rule, KnowingWeighting):
+        if hasattr(rule, "start_knowing"):  # it knows the beliefs and the ground truth
             rule = rule.start_knowing(running, world)
-        self.weigh: WeightingRule | None = rule  # their weighting, if it is written in NumPy
-        if isinstance(rule, CompiledWeighting):
-            self.weigh = None
+        self.weigh: WeightingRule | None = None  # their weighting, if it is written in NumPy
+        if not hasattr(rule, "layer"):
+            self.weigh = rule
 
     @property
     def memories(self) -> Array:
@@ -270,12 +269,3 @@ def with_memory(minds: Array, memory: np.dtype[np.void]) -> Array:
         align=True,
     )
     return minds.view(dtype)
-
-
-@runtime_checkable
-class KnowingWeighting(Protocol):
-    """Parameters of a weighting in NumPy that knows the beliefs and the ground truth."""
-
-    def start_knowing(self, running: RunningLayers, world: World) -> WeightingRule:
-        """The rule for the robots of a running controller, in a world that it knows."""
-        ...

@@ -181,18 +181,8 @@ def correct_shared(belief: CrossBelief, area: int, R: Matrix, share: float, shar
 
 
 @kernel
-def copy_shared(belief: CrossBelief, area: int, R: Matrix, shared: Shared) -> None:
-    """Copy what was heard of an unknown area: its whole error is shared with the partner."""
-    copy_ellipse(belief, area, R)
-    forget_area(shared, area)
-    C = shared[belief.last_partner, area]
-    C[0, 0], C[0, 1], C[1, 0], C[1, 1] = R[0], R[1], R[1], R[2]
-    belief.is_shared[area] = True
-
-
-@kernel
 def merge(mind: CrossMind, shared: Shared, heard_p_share: float, numbers: Numbers) -> None:
-    """Copy what was heard of unknown areas; correct what both know.
+    """Copy what was heard of unknown areas, with the whole error; correct what both know.
 
     The weight g = 1/2 means the whole gain, as in `covariance`; other weights scale it by 2 g, up
     to one.
@@ -207,5 +197,9 @@ def merge(mind: CrossMind, shared: Shared, heard_p_share: float, numbers: Number
                 share = min(2.0 * float(mind.exchange.weight[area]), 1.0)
                 correct_shared(belief, area, R, share, shared)
             else:
-                copy_shared(belief, area, R, shared)
+                copy_ellipse(belief, area, R)
+                forget_area(shared, area)
+                C = shared[belief.last_partner, area]
+                C[0, 0], C[0, 1], C[1, 0], C[1, 1] = R[0], R[1], R[1], R[2]
+                belief.is_shared[area] = True
             belief.p[area] = worst_deviation(belief.moments[area])

@@ -134,16 +134,6 @@ def accumulate_message(
 
 
 @kernel
-def start_exchange(belief: Belief, ticks: int) -> None:
-    """Clear the means of an exchange with a new partner."""
-    belief.exchange_ticks_left = ticks
-    belief.range_sum, belief.n_averaged = 0.0, 0.0
-    for area in range(2):
-        belief.heard_sum[area, 0] = belief.heard_sum[area, 1] = 0.0
-        belief.heard_weight[area] = 0.0
-
-
-@kernel
 def has_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Robot i is in an exchange, or starts one with a robot not met recently."""
     belief = crowd[i].belief
@@ -155,7 +145,11 @@ def has_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
         belief.partner = find_partner(crowd, i, heard, numbers)
         if belief.partner == NOBODY:
             return False
-        start_exchange(belief, int(numbers.talk_ticks))
+        belief.exchange_ticks_left = int(numbers.talk_ticks)
+        belief.range_sum, belief.n_averaged = 0.0, 0.0
+        for area in range(2):
+            belief.heard_sum[area, 0] = belief.heard_sum[area, 1] = 0.0
+            belief.heard_weight[area] = 0.0
     return True
 
 

@@ -54,20 +54,10 @@ def scale_covariance(belief: CovarianceBelief, area: int, kept: float) -> float:
 
 
 @kernel
-def copy_norm(belief: CovarianceBelief, area: int) -> float:
-    """Copy the heard norm of an unknown area, in place: P = |P_j| I; p afterwards [m]."""
-    for moment in range(N_MOMENTS):
-        belief.moments[area, moment] = 0.0
-    p = belief.heard_p[area]
-    belief.moments[area, XX] = belief.moments[area, YY] = p * p
-    return float(p)
-
-
-@kernel
 def merge(mind: CovarianceMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Blend what was heard with weight g, which also scales the covariance; or copy it.
+    """Blend what was heard with weight g, which also scales the covariance; or copy both.
 
-        x_i = (1 - g) x_i + g X_j
+        x_i = (1 - g) x_i + g X_j,  or P_i = |P_j| I
 
     Source: TR, Eq. 14, 34 and 35.
     """
@@ -78,7 +68,10 @@ def merge(mind: CovarianceMind, shared: Array, heard_p_share: float, numbers: Nu
             if belief.known[area]:
                 p = scale_covariance(belief, area, 1.0 - g)
             else:
-                p = copy_norm(belief, area)
+                p = float(belief.heard_p[area])
+                for moment in range(N_MOMENTS):
+                    belief.moments[area, moment] = 0.0
+                belief.moments[area, XX] = belief.moments[area, YY] = p * p
             merge_area(belief, area, g, heard_p_share)
             belief.p[area] = p
 

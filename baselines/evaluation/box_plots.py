@@ -25,11 +25,10 @@ from baselines.evaluation.plot_style import FAINT, INK, SeriesStyle, is_dark, st
 Samples = Mapping[str, Mapping[str, Sequence[float]]]
 """Samples by tick of the axis and by series; ticks stand apart, the series of a tick together."""
 
-BOXES = (
+BOXES = (  # what a caption says of them
     "Quartile boxes, median bars, whiskers within 1.5 times the interquartile range, outliers"
     " as circles."
 )
-"""What a caption says of them."""
 
 BOX, ROW, MARGIN = 0.2, 0.3, 0.8
 """Least width of a standing box, height of a lying one, each with its distance; and the margin of
@@ -74,9 +73,9 @@ def box_panels(
     caption: Caption,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of box plots, a panel for each setup. Ticks that are names have lying boxes.
+    """A figure of box plots, a panel for each setup; `controllers` as in `styles_of`.
 
-    `controllers` maps the series, or the ticks of a single series, as in `styles_of`.
+    Ticks that are names have lying boxes; the style is then that of the tick.
     """
     layout = _layout(panels, controllers or {}, caption.n)
     n_ticks = max(map(len, panels.values()))

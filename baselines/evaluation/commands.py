@@ -71,7 +71,6 @@ def evaluate(  # noqa: PLR0913 the options of a command
     """
     from baselines.evaluation import tables
     from baselines.evaluation.evaluate_options import EvaluateOptions
-    from baselines.evaluation.noise_search import noise_lines
     from baselines.evaluation.runner import check_kept, run_with_progress
 
     request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
@@ -87,7 +86,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         Console().print(tables.report(results))
     else:
         typer.echo(tables.to_json(results, series) if form == "json" else tables.to_csv(results))
-    for line in noise_lines(plan.configurations, plan.by_configuration()):
+    for line in tables.noise_lines(plan.configurations, plan.by_configuration()):
         say(line)
     check_kept(plan)
 

@@ -17,11 +17,7 @@ if TYPE_CHECKING:
 
 
 def completion_of(names: Collection[str]) -> Callable[[str], list[str]]:
-    """What completes one of these names.
-
-    >>> completion_of(["paths", "on-path", "png"])("p")
-    ['paths', 'png']
-    """
+    """What completes one of these names."""
     return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
@@ -105,10 +101,7 @@ AddressOption = Annotated[
 def find_backend(
     name: str, workers: int, threads: int = 1, address: str | None = None
 ) -> "Backend":
-    """The backend of a command's options.
-
-    ConfigError for options that do not fit, or if no cluster answers.
-    """
+    """The backend of a command's options; ConfigError if they do not fit, or no cluster answers."""
     from baselines.evaluation.evaluate_options import check_count
 
     check_count("--workers", workers)

@@ -25,10 +25,7 @@ def say(line: str) -> None:
 
 
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:
-    """Raise ConfigError unless an option's file can be written.
-
-    A missing folder is made, and reported on stderr.
-    """
+    """Make the folder of an option's file; ConfigError unless the file can be written."""
     if file.suffix.lower() not in endings:
         raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
     existed, had_folder = file.exists(), file.parent.exists()
@@ -107,14 +104,7 @@ def error_message(error: Exception, program: str | None) -> tuple[str, int] | No
 
 @contextmanager
 def of_option(prefix: str) -> Iterator[None]:
-    """Prefix an error message about a value with the name of its option.
-
-    >>> with of_option("--"):
-    ...     raise ConfigError("seed=-1: must be at least 0")
-    Traceback (most recent call last):
-        ...
-    swarm_forage_env.errors.ConfigError: --seed=-1: must be at least 0
-    """
+    """Prefix an error message about a value with the name of its option: `--seed=-1: must be`."""
     try:
         yield
     except (ConfigError, UnknownNameError) as error:

@@ -125,16 +125,11 @@ class EpisodeGroup:
 def read_groups(
     sources: Sequence[str], scenarios: Sequence[str] = (), controllers: Sequence[str] = ()
 ) -> list[EpisodeGroup]:
-    """Read the episode groups in dataset folders, sorted, and filtered by name if asked.
+    """Read the episode groups in the folders of datasets, sorted, and filtered by name if asked.
 
     A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. A group is
     labelled with its controller's name as given; with the short name if names differ. ConfigError
     for what is no dataset, or of another or of several versions of the code.
-
-    Args:
-        sources: Folders that `swarm-forage evaluate` has written, or object stores.
-        scenarios: Names of scenarios; empty: all.
-        controllers: Names of controllers; empty: all.
     """
     parts: dict[str, list[EpisodeGroup]] = {}
     names = {each.partition(":")[0] for each in controllers}
@@ -170,17 +165,14 @@ def _files(source: str) -> list[Path]:
             " as `aws s3 sync` does"
         )
     folder = Path(source)
-    way_out = f"make one with swarm-forage evaluate es1 nc ssgikf --out {folder}"
-    if not folder.is_dir():
-        raise ConfigError(f"dataset {folder}: no such folder; {way_out}")
-    files = sorted(
-        file
-        for file in folder.rglob("*.parquet")
-        if not (file.name.startswith("_") or file.name.endswith(ENDING))
+    found = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
+    if files := sorted(each for each in found if not each.name.endswith(ENDING)):
+        return files
+    reason = "holds no episodes" if folder.is_dir() else "no such folder"
+    raise ConfigError(
+        f"dataset {folder}: {reason}; make one with swarm-forage evaluate es1 nc ssgikf --out"
+        f" {folder}"
     )
-    if not files:
-        raise ConfigError(f"dataset {folder}: holds no episodes; {way_out}")
-    return files
 
 
 def _in_folder(file: Path, field: str) -> str:

@@ -170,11 +170,7 @@ def changed_settings(text: str, without: str | None = None, short: bool = False)
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, str]:
-    """Parse settings such as `radio.max_range=0.2` into names and values.
-
-    >>> parse_settings(["radio.max_range=0.2"])
-    {'radio.max_range': '0.2'}
-    """
+    """Parse settings such as `radio.max_range=0.2` into names and values."""
     values: dict[str, str] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))

@@ -224,12 +224,11 @@ def wrapped_name(name: str, letters: int) -> str:
     return "\n".join(lines)
 
 
-FORMATS = {
+FORMATS = {  # endings of a figure's file: the metadata that hold the caption, and those left out
     ".png": ("Description", ()),
     ".pdf": ("Subject", ("CreationDate",)),
     ".svg": ("Description", ("Date",)),
 }
-"""Endings of a figure's file: the metadata that hold the caption, and those left out."""
 
 
 def check_plot(file: Path, option: str = "--plot") -> None:

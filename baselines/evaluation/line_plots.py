@@ -91,10 +91,7 @@ def mean_panels(
 
 
 def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -> None:
-    """Number the x axis at its decades, or where there are points if they are few and apart.
-
-    It starts at 0 unless the points would take up less than half of it then.
-    """
+    """Number the x axis at its decades, or where there are points if they are few and apart."""
     places = np.unique(every_x)
     left = 0.0 if 0.0 <= places[0] <= np.ptp(places) else places[0]
     if is_log:
@@ -113,10 +110,7 @@ def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -
 
 
 def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
-    """Shift the x of each series a little, so that no error bar hides another one.
-
-    All together they take up at most half the way to the next x.
-    """
+    """Shift the x of each series, by half the way to the next at most, so that none hides one."""
     places = [np.log10(means.x) if is_log else means.x for means in series]
     every = np.unique(np.concatenate(places))
     n_curves = max(1, sum(not means.is_level for means in series))

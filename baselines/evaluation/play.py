@@ -11,7 +11,6 @@ from typing import cast
 import numpy as np
 from numba.core import types
 
-from baselines.controller import LayeredController
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.plot_style import colour_of
@@ -30,7 +29,7 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
-from swarm_forage_env.parameters import BaseScenario, leaves
+from swarm_forage_env.parameters import leaves
 from swarm_forage_env.record import offset_of
 from swarm_forage_env.rendering.playground import (
     ArrayPlace,
@@ -51,7 +50,7 @@ MAX_CONTROLLERS = 2  # swarms side by side
 FRAME = 1.0  # time between two frames of a page [s]
 
 ROBOTS, LIARS, OBSTACLES = "task.n_robots", "faults.liar.share", "obstacles"
-WORDS = {
+WORDS = {  # what a visitor changes: how it is called, and its unit
     ROBOTS: ("Robots", ""),
     "radio.max_range": ("Radio range", "m"),
     "radio.bearing_noise": ("Bearing noise", "rad"),
@@ -60,19 +59,17 @@ WORDS = {
     OBSTACLES: ("Obstacles", ""),
     "weighting.beta": ("Beta", ""),
 }
-"""What a visitor changes: how it is called, and its unit."""
 
 OF_CONTROLLER = ("weighting.beta",)
 
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
 """Values of a number, as multiples of the usual one; those that are refused are left out."""
 
-VALUES: Mapping[str, tuple[float, ...]] = {
+VALUES: Mapping[str, tuple[float, ...]] = {  # values of others, among which the usual one is put
     ROBOTS: (2, 3, 5, 10, 15, 20, 30, 40, 50),
     LIARS: (0.0, 0.1, 0.2, 0.3, 0.4, 0.5),
     OBSTACLES: (0, 1),
 }
-"""Values of others, among which the usual one is put."""
 
 RECORDED = 300.0  # how much of an episode is recorded beside [s]
 WIDER = 1.1  # a start circle that is too small for the robots is widened by this, again and again
@@ -150,7 +147,7 @@ def _changes(configuration: ExperimentConfig) -> Iterator[tuple[tuple[str, float
                     made = _changed(configuration, settings)
                 except ConfigError:
                     continue
-                if _is_alike(made.loop, usual.loop):
+                if _records(made.loop) == _records(usual.loop):
                     yield (name, value), made
                 break
 
@@ -190,16 +187,13 @@ def _wall(scenario: Scenario, side: int) -> dict[str, object]:
 def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> Choice:
     """The swarm with these changes; ConfigError if they are refused."""
     scenario, controller = configuration.scenario, configuration.controller
+    settings: tuple[str, ...] = ()
     if changes.keys() <= {*OF_CONTROLLER}:
         own = {name: value for name, value in changes.items() if name in controller.parameters}
-        return _choice(scenario, controller.with_parameters(own))
-    settings = tuple(f"{name}={value}" for name, value in changes.items())
-    return _choice(find_scenario(scenario, changes), controller, settings)
-
-
-def _choice(
-    scenario: BaseScenario, controller: LayeredController, settings: tuple[str, ...] = ()
-) -> Choice:
+        controller = controller.with_parameters(own)
+    else:
+        settings = tuple(f"{name}={value}" for name, value in changes.items())
+        scenario = find_scenario(scenario, changes)
     pilot, layers = pilot_and_layers(controller, scenario)
     loop = Loop(scenario, layers, [0], "kinematic")
     if not loop.controller.compiled.has_beliefs:
@@ -210,14 +204,10 @@ def _choice(
     return Choice(loop, pilot, settings)
 
 
-def _is_alike(loop: Loop, usual: Loop) -> bool:
-    """The machine code of one swarm runs the other: records and observations are the same."""
-    one, other = (
-        ([own.dtype for own in (*memory_of(each), *each.controller.compiled.firsts)],
-         _scenario(each).slots)
-        for each in (loop, usual)
-    )  # fmt: skip
-    return one == other
+def _records(loop: Loop) -> tuple[object, ...]:
+    """What machine code depends on: swarms of which it is equal run each other's."""
+    arrays = *memory_of(loop), *loop.controller.compiled.firsts
+    return [each.dtype for each in arrays], _scenario(loop).slots
 
 
 def _slider(
@@ -454,13 +444,12 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
     return llvm_text_of(bind(run_and_draw, own), memory, numbers, call, types.int64, shapes)
 
 
-CALL = (
+CALL = (  # how the arrays of a page are handed over
     "called(({world},), ({layers},), modes, trouble,"
     " (first_robot, first_mind, first_memory, seeds, places, poses), {noise}, n_ticks, columns,"
     " pairs, ((robot_words, mind_words, robot_words, spans, n_robots), learners, ({scaling}),"
     " (no_spans, time_left, raw), (seen, frames, seen)), ({piloting},))"
 )
-"""How the arrays of a page are handed over."""
 
 
 def _driving(usual: Loop) -> Driving:

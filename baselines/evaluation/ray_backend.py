@@ -79,7 +79,10 @@ class RayBackend(Backend):
         if not jobs:
             return
         self.connect()
-        self._check_room()
+        cpus = (node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"])
+        if (most := max(cpus, default=0)) < self.threads:
+            waits = "--threads=%d: the largest node has %g CPUs; waiting for one with more"
+            LOGGER.warning(waits, self.threads, most)
         remote = ray.remote(num_cpus=self.threads, max_retries=MAX_RETRIES)(_call)
         shared, todo = ray.put((function, code_here())), iter(jobs)
         running = [remote.remote(shared, job) for job in islice(todo, self.workers)]
@@ -91,13 +94,6 @@ class RayBackend(Backend):
         finally:
             for each in running:
                 ray.cancel(each, force=True)
-
-    def _check_room(self) -> None:
-        """Warn if every call has to wait for a node with more CPUs."""
-        cpus = (node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"])
-        if (most := max(cpus, default=0)) < self.threads:
-            waits = "--threads=%d: the largest node has %g CPUs; waiting for one with more"
-            LOGGER.warning(waits, self.threads, most)
 
 
 def _tell(message: Mapping[str, Sequence[str]], ignore_prefix: bool) -> None:

@@ -30,12 +30,11 @@ COMPRESSION = {"compression": "zstd", "write_page_checksum": True, "use_dictiona
 
 WORDS = pa.dictionary(pa.int16(), pa.string())
 
-EPISODE_COLUMNS = (
+EPISODE_COLUMNS = (  # columns of every task, in front of its own
     TrajectoryColumn("episode", "u8", "seed of the episode: `seed` in the dataset of episodes"),
     TrajectoryColumn("t", "f8", "time since the start [s]; 0: before the first tick"),
     TrajectoryColumn("robot", "i4", "which robot: 0 to N - 1"),
 )
-"""Columns of every task, in front of its own."""
 
 CONFIGURATION = "configuration"
 """The last column: the key of the episode's configuration, as in the dataset of episodes."""

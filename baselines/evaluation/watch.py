@@ -89,10 +89,7 @@ def _record(episodes: Sequence[Iterator[Scene]], recorders: Sequence[Sequence[Re
 
 
 def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions) -> None:
-    """Run an episode in which the arrow keys move a robot, and report its score.
-
-    It ends after `options.seconds`, or when the user closes the window. ImportError without pygame.
-    """
+    """Run an episode in which the arrow keys move a robot. ImportError without pygame."""
     from swarm_forage_env.envs.array_env import ArrayEnv
     from swarm_forage_env.envs.keywords import OwnName
     from swarm_forage_env.envs.manual_policy import action_of

@@ -12,7 +12,6 @@ from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 from string import Template
-from xml.etree import ElementTree as Xml
 
 import numpy as np
 
@@ -45,53 +44,62 @@ def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
             f"{exported.n_robots} robots: a message for ARGoS has room for numbers below"
             f" {MOST_ROBOTS}; take fewer: --set task.n_robots=50"
         )
-    root = experiment(exported, seed)
-    Xml.indent(root)
-    text = Xml.tostring(root, xml_declaration=True, encoding="utf-8")
-    write_atomically(folder / "experiment.argos", text + b"\n")
     imsave(folder / "floor.png", floor(scenario), cmap="grey", vmin=0, vmax=255)
-    source = (files("baselines.export") / "templates" / "argos_controller.cpp").read_text("utf-8")
     words = {
         "name": exported.name,
         "version": version("swarm-forage"),
         "axle": f"{scenario.robot.axle:g}",
+        **_words(scenario, seed),
+        "bodies": "".join(_bodies(exported, seed)),
     }
-    text = Template(source).substitute(words).encode()
-    write_atomically(folder / "argos_controller.cpp", text)
+    for name in ("experiment.argos", "argos_controller.cpp"):
+        text = (files("baselines.export") / "templates" / name).read_text("utf-8")
+        write_atomically(folder / name, Template(text).substitute(words).encode())
 
 
-def experiment(exported: ExportedRobot, seed: int) -> Xml.Element:
-    """The experiment: time, controller, sensors with their noise, arena, robots and radio."""
+def _words(scenario: Scenario, seed: int) -> dict[str, str]:
+    """The numbers of the experiment: time, noise of sensors and radio, and the arena."""
+    sensors, radio = scenario.sensors, scenario.radio
+    numbers = {
+        "duration": scenario.task.duration,
+        "ticks": round(1.0 / scenario.tick),
+        "random_seed": seed + 1,
+        "seed": seed,
+        "error": 100.0 * sensors.wheel_noise * scenario.robot.cruise_speed * scenario.tick,  # [cm]
+        "proximity_noise": sensors.proximity_noise,
+        "ground_noise": sensors.ground_noise,
+        "range_noise": radio.range_noise / math.sqrt(3.0),
+        "lost": 0.5 * (radio.loss_near + radio.loss_far),
+    }
+    size = _numbers((scenario.arena.length + 1.0, scenario.arena.width + 1.0, 1.0))
+    return {"size": size, **{name: _numbers((each,)) for name, each in numbers.items()}}
+
+
+def _bodies(exported: ExportedRobot, seed: int) -> Iterator[str]:
+    """The walls, discs and robots in the arena."""
     scenario = exported.scenario
-    root = Xml.Element("argos-configuration")
-    framework = Xml.SubElement(root, "framework")
-    _add(framework, "system", threads=0)
-    ticks = round(1.0 / scenario.tick)
-    _add(framework, "experiment", length=scenario.task.duration, ticks_per_second=ticks,
-         random_seed=seed + 1)  # fmt: skip
-    _add_controller(Xml.SubElement(root, "controllers"), scenario, seed)
-    size = scenario.arena.length + 1.0, scenario.arena.width + 1.0, 1.0
-    arena = _add(root, "arena", size=_numbers(size), center="0,0,0.5")
-    _add(arena, "floor", id="floor", source="image", path="floor.png")
-    for k, wall in enumerate(_walls(scenario)):
-        _add_wall(arena, f"wall_{k}", *wall)
+    for k, (a, b, half) in enumerate(_walls(scenario)):
+        along, across = b[0] - a[0], b[1] - a[1]
+        size = _numbers((math.hypot(along, across) + 2.0 * half, 2.0 * half, HEIGHT))
+        middle = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
+        head = f'box id="wall_{k}" size="{size}" movable="false"'
+        yield _body(head, middle, math.atan2(across, along))
     for k, each in enumerate(scenario.obstacles):
         if len(each.points) == 1:
-            shape = {"id": f"disc_{k}", "radius": each.radius, "height": HEIGHT}
-            disc = _add(arena, "cylinder", **shape, movable="false")
-            _add(disc, "body", position=_numbers((*each.points[0], 0.0)), orientation="0,0,0")
-    bytes_told = 2 + 2 * scenario.slots + exported.message_dtype.itemsize
-    world = exported.loop(seed).world
-    for k, (x, y, heading) in enumerate(world.robots["pose"][0]):
-        robot = _add(arena, "e-puck", id=f"epuck_{k}", rab_range=scenario.radio.max_range,
-                     rab_data_size=bytes_told)  # fmt: skip
-        turn = math.degrees(heading)
-        _add(robot, "body", position=_numbers((x, y, 0.0)), orientation=_numbers((turn, 0, 0)))
-        _add(robot, "controller", config="swarm_forage")
-    _add(Xml.SubElement(root, "physics_engines"), "dynamics2d", id="dyn2d")
-    _add(Xml.SubElement(root, "media"), "range_and_bearing", id="rab")
-    _add(Xml.SubElement(root, "visualization"), "qt-opengl")  # codespell:ignore visualization
-    return root
+            size = f'radius="{each.radius:.6g}" height="{HEIGHT:g}"'
+            yield _body(f'cylinder id="disc_{k}" {size} movable="false"', each.points[0], 0.0)
+    radio = f'rab_range="{scenario.radio.max_range:.6g}"'
+    radio += f' rab_data_size="{2 + 2 * scenario.slots + exported.message_dtype.itemsize}"'
+    for k, (x, y, heading) in enumerate(exported.loop(seed).world.robots["pose"][0]):
+        own = '  <controller config="swarm_forage" />'
+        yield _body(f'e-puck id="epuck_{k}" {radio}', (x, y), heading, own)
+
+
+def _body(head: str, place: Point, turn: float, *more: str) -> str:
+    """An element at a place [m], turned by an angle [rad]."""
+    at = f'position="{_numbers((*place, 0.0))}" orientation="{math.degrees(turn):.6g},0,0"'
+    lines = f"<{head}>", f"  <body {at} />", *more, f"</{head.partition(' ')[0]}>"
+    return "".join(f"    {line}\n" for line in lines)
 
 
 def floor(scenario: Scenario) -> UInt8[Array, "rows columns"]:
@@ -106,25 +114,6 @@ def floor(scenario: Scenario) -> UInt8[Array, "rows columns"]:
     return np.rint(255.0 * light).astype(np.uint8)
 
 
-def _add_controller(parent: Xml.Element, scenario: Scenario, seed: int) -> None:
-    sensors, radio = scenario.sensors, scenario.radio
-    error = 100.0 * sensors.wheel_noise * scenario.robot.cruise_speed * scenario.tick  # [cm]
-    library = "build/libargos_controller.so"
-    own = _add(parent, "swarm_forage", id="swarm_forage", library=library)
-    told = Xml.SubElement(own, "actuators")
-    _add(told, "differential_steering", implementation="default")
-    _add(told, "range_and_bearing", implementation="default")
-    sensed = Xml.SubElement(own, "sensors")
-    _add(sensed, "differential_steering", implementation="default",
-         dist_noise_range=f"{-error:.6g}:{error:.6g}")  # fmt: skip
-    _add(sensed, "proximity", implementation="default", noise_level=sensors.proximity_noise)
-    _add(sensed, "ground", implementation="rot_z_only", noise_level=sensors.ground_noise)
-    lost = 0.5 * (radio.loss_near + radio.loss_far)
-    _add(sensed, "range_and_bearing", implementation="medium", medium="rab",
-         noise_std_dev=radio.range_noise / math.sqrt(3.0), packet_drop_prob=lost)  # fmt: skip
-    _add(own, "params", seed=seed)
-
-
 def _walls(scenario: Scenario) -> Iterator[tuple[Point, Point, float]]:
     """Both ends of each wall, and half its thickness [m]."""
     x, y = 0.5 * (scenario.arena.length + WALL), 0.5 * (scenario.arena.width + WALL)
@@ -135,24 +124,6 @@ def _walls(scenario: Scenario) -> Iterator[tuple[Point, Point, float]]:
     for each in scenario.obstacles:
         points = [*each.points, *(each.points[:1] if each.is_closed else ())]
         yield from ((a, b, each.radius) for a, b in pairwise(points))
-
-
-def _add_wall(arena: Xml.Element, name: str, a: Point, b: Point, half: float) -> None:
-    along, across = b[0] - a[0], b[1] - a[1]
-    size = math.hypot(along, across) + 2.0 * half, 2.0 * half, HEIGHT
-    wall = _add(arena, "box", id=name, size=_numbers(size), movable="false")
-    middle = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.0
-    turn = math.degrees(math.atan2(across, along))
-    _add(wall, "body", position=_numbers(middle), orientation=_numbers((turn, 0.0, 0.0)))
-
-
-def _add(parent: Xml.Element, tag: str, **attributes: object) -> Xml.Element:
-    """A new element; numbers in six digits."""
-    told = {
-        name: f"{value:.6g}" if isinstance(value, float) else str(value)
-        for name, value in attributes.items()
-    }
-    return Xml.SubElement(parent, tag, told)
 
 
 def _numbers(values: Sequence[float]) -> str:

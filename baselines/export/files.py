@@ -27,7 +27,7 @@ C_TYPES = {"int8": "int8_t", "int32": "int32_t", "float32": "float", "float64": 
 
 BYTES_A_LINE = 20
 
-COMPILE = {
+COMPILE = {  # how the example is compiled for each target
     "x86-64": "cc -O2 example.c controller.o -o example && ./example",
     "cortex-a": "aarch64-linux-gnu-gcc -O2 example.c controller.o -o example && ./example",
     "wasm32": "zig cc -target wasm32-wasi -O2 example.c controller.o -o example.wasm",
@@ -36,7 +36,6 @@ COMPILE = {
         "    example.c controller.o STARTUP.c --specs=rdimon.specs -T BOARD.ld -lm -o example.elf"
     ),
 }
-"""How the example is compiled for each target."""
 
 
 @dataclass(frozen=True)

@@ -93,15 +93,6 @@ def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: N
 
 
 @kernel
-def aim(belief: ExactBelief, partner: ExactBelief) -> None:
-    """Measure the beam to the partner exactly."""
-    here, there = belief.true_pose, partner.true_pose
-    dx, dy = there[0] - here[0], there[1] - here[1]
-    belief.beam[0], belief.beam[1] = range_and_bearing(dx, dy, here[2])
-    belief.beam[2] = wrap(atan2(-dy, -dx) - there[2])
-
-
-@kernel
 def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Social odometry's exchange, with the true beam instead of the measured one."""
     if not has_partner(crowd, i, heard, numbers):
@@ -110,7 +101,10 @@ def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     slot = slot_of(heard, belief.partner)
     if slot < heard.n:
         partner = crowd[belief.partner]
-        aim(belief, partner.belief)
+        here, there = belief.true_pose, partner.belief.true_pose
+        dx, dy = there[0] - here[0], there[1] - here[1]
+        belief.beam[0], belief.beam[1] = range_and_bearing(dx, dy, here[2])
+        belief.beam[2] = wrap(atan2(-dy, -dx) - there[2])
         weight = float(heard.n_averaged[slot])
         accumulate_message(belief, partner.message, belief.beam, weight, numbers.message_path)
     return end_in_time(belief, numbers)

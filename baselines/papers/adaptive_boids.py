@@ -303,4 +303,3 @@ LEFT_OPEN = {
     "Steering": "baselines.motion.boids",
     "The experiments": "baselines.papers.adaptive_boids",
 }
-"""Whose docstring says what the paper leaves open, by heading."""

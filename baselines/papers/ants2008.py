@@ -39,14 +39,13 @@ SIZES = (2, 5, 10, 15, 20, 30, 40, 50)  # robots in a group
 BEND, FEW, MANY = 10, SIZES[0], 30
 """Where the gain begins to rise more slowly; few, and many robots."""
 
-CONTROLLERS = {
+CONTROLLERS = {  # by the names of ANTS 5
     "no communication": "nc",
     "no odometry error": "no-error",
     "covariance knowledge": "covariance",
     "global communication": "global",
     "local communication": LOCAL,
 }
-"""By the names of ANTS 5."""
 
 
 def experiment_of_size(controller: str, size: int) -> Experiment:
@@ -140,7 +139,6 @@ def figures() -> list[PaperFigure]:
 
 
 LEFT_OPEN = {**TR_LEFT_OPEN, "The experiments": "baselines.papers.ants2008"}
-"""Whose docstring says what the paper leaves open, by heading."""
 
 
 @PAPERS.register("ants2008")

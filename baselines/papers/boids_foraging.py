@@ -46,7 +46,6 @@ LEFT_OPEN = {
     "Steering": "baselines.motion.boids_foraging",
     "The experiment": "baselines.papers.boids_foraging",
 }
-"""Whose docstring says what is chosen, by heading."""
 
 
 def localisation_error(episode: ForagingEpisode) -> float:

@@ -87,11 +87,7 @@ class Effect:
 
     @property
     def says(self) -> str:
-        """The range in words.
-
-        >>> Effect([2.0], [1.0], 1.0, math.inf).says
-        '> 1'
-        """
+        """The range in words: `> 1`."""
         if math.isinf(self.high):
             return f"> {self.low:g}"
         return f"< {self.high:g}" if math.isinf(self.low) else f"{self.low:g} to {self.high:g}"

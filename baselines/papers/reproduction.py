@@ -28,11 +28,7 @@ ADAPTIVE = "adaptive"  # the number of episodes that is as many as decide each c
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:
-    """Expected time of the episodes still to run [s], from the speed of each scenario.
-
-    The speed is that of the first controller with something to run, in a block of the size
-    that the plan uses, in this process.
-    """
+    """Expected time of the episodes still to run [s], by the first controller of each scenario."""
     speeds: dict[str, float] = {}
     total = 0.0
     for key, configuration in {each.key: each for each in plan.configurations}.items():

@@ -32,7 +32,7 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 
 SCENARIO = "es1"
 
-RULES = {
+RULES = {  # controllers by what the page calls them; the Fermi filters at their best beta in es1
     "nc": "nc",
     "ssgikf": "ssgikf",
     "dsgikf": "dsgikf",
@@ -46,7 +46,6 @@ RULES = {
     "learned-sceptical": "learned-sceptical",
     "oracle-weighting": "oracle-weighting",
 }
-"""Controllers by what the page calls them; the Fermi filters at their best beta in es1."""
 
 ALONE = "nc"
 
@@ -57,7 +56,7 @@ SHARES = (0.1, 0.2, 0.5)  # of the robots that are faulty
 SHOWN = 0.2  # share that the page has a table for
 LATER = 300  # when robots die, and go stale [s]
 
-FAULTS = {
+FAULTS = {  # name of the share, and the other settings, of each kind of fault
     "liars, each its own": ("faults.liar.share",),
     "liars, conspiring": ("faults.liar.share", "faults.liar.conspire=place"),
     "stale": ("faults.stale.share", f"faults.stale.at={LATER}"),
@@ -67,7 +66,6 @@ FAULTS = {
     "worn": ("faults.worn.share",),
     "blind": ("faults.blind.share",),
 }
-"""Name of the share, and the other settings, of each kind of fault."""
 
 LIARS = tuple(FAULTS)[:2]
 MESSAGES, BODIES = tuple(FAULTS)[:5], tuple(FAULTS)[5:]
@@ -80,7 +78,6 @@ LEFT_OPEN = {
     "The learned defence": "baselines.estimators.reputation_odometry",
     "The experiment": "baselines.papers.robustness",
 }
-"""Whose docstring says what is chosen, by heading."""
 
 
 def sound_trips(episode: ForagingEpisode) -> float:

@@ -106,13 +106,12 @@ def decision_of(effect: Effect, low: float, high: float) -> Decision:
 RANKS: tuple[Decision, ...] = ("fails", "undecided", "equivalent", "holds")
 """The decision on a claim is the first of these that any of its effects has."""
 
-VERBS = {
+VERBS = {  # how several claims are said to be decided, and one
     "holds": ("hold", "holds"),
     "fails": ("fail", "fails"),
     "equivalent": ("are equivalent", "is equivalent"),
     "undecided": ("are undecided", "is undecided"),
 }
-"""How several claims are said to be decided, and one."""
 
 
 def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:

@@ -33,12 +33,11 @@ from baselines.papers.paper import PAPERS, Paper
 SETUPS = ("es1", "es2", "es3")
 TOLERANCE = {"es1": 0.15, "es2": 0.20, "es3": 0.20, "real": 0.20}
 
-TRIPS = {
+TRIPS = {  # round trips; of NC in es2 and es3 no more than that
     "es1": {"NC": 60.0, "SGIKF": 150.0, "SGIFF": 170.0},
     "es2": {"NC": 50.0, "SGIKF": 1400.0},
     "es3": {"NC": 50.0, "SGIKF": 2000.0},
 }
-"""Round trips; of NC in es2 and es3 no more than that."""
 
 LATE = Share(
     "es3: share of NC runs in which not all robots find the path within 7200 s",
@@ -179,7 +178,6 @@ LEFT_OPEN = {
     "The Fermi filter": "baselines.weighting.sgiff:SGIFF",
     "The experiments": "baselines.papers.social_odometry",
 }
-"""Whose docstring says what the paper leaves open, by heading."""
 
 
 @PAPERS.register("social-odometry")

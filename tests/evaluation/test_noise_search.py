@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from baselines.evaluation.noise_search import noise_lines
+from baselines.evaluation.tables import noise_lines
 
 
 @pytest.fixture

@@ -2,8 +2,7 @@
 
     python -m baselines.evaluation.bench.block_overhead --workers 2
 
-joblib and a local Ray cluster get the same blocks in one run, beside whatever else the machine
-does. A block of `es1` is run once, and its episodes travel to a worker and back.
+A block of `es1` is run once; joblib and a local Ray cluster send its episodes there and back.
 """
 
 import time

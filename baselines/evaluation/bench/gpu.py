@@ -1,7 +1,4 @@
-"""Speed of worlds on a GPU, over the number of worlds; beside it the CPU with all its threads.
-
-Beside the speed: the share of each stage, the memory that it moves, energy, and the first step.
-"""
+"""Speed of worlds on a GPU over their number, its stages, memory and energy; beside it the CPU."""
 
 import ctypes
 import os
@@ -84,11 +81,7 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
 
 
 def seconds_in_environment(case: Case, quick: bool) -> float:
-    """Mean time of a tick [s] as a learner of the motion has it: through the arrays of a GPU.
-
-    It includes checks of actions, observations, rewards and the reset of worlds that end, one
-    after the other, and no network.
-    """
+    """Mean time of a tick [s] as a learner of the motion has it, on the arrays of a GPU."""
     env = array_env(
         case.scenario, device="cuda", n_worlds=case.n_worlds, learn="motion",
         physics="kinematic", controller=CONTROLLER, stagger=True,

@@ -15,10 +15,7 @@ from swarm_forage_env.ticks import STAGES
 
 
 def bare_pymunk(case: Case) -> Tick:
-    """Make a function that runs one tick of pymunk alone for a block of worlds.
-
-    Robots all over the arena drive randomly, in every tick from the same places; overlaps stay.
-    """
+    """One tick of pymunk alone, for robots that start all over the arena in every tick."""
     scenario = case.scenario
     written = _bodies(case)
     spaces = [space_of(scenario) for _ in written]

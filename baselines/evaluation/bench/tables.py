@@ -76,13 +76,12 @@ GAIN_PER_THREAD = 0.9  # least gain in speed that each thread brings: 1.8 of two
 COST_RATIO = 1.5
 """Most that a robot among 10,000 may cost, against one among 100 at the same density."""
 
-START_UP = {
+START_UP = {  # what is started, and the most that it may take [s]
     "import": ("import swarm_forage_env", 0.3),
     "first_run": ("first run, which compiles", 30.0),
     "help": ("swarm-forage --help", 1.0),
     "list": ("swarm-forage list", 1.0),
 }
-"""What is started, and the most that it may take [s]."""
 
 GROWTH = 1.0  # most by which peak memory may grow in a long run [MB]: flat, but for the allocator
 

@@ -1,12 +1,11 @@
 """Heat maps of the robots' positions in one episode of each controller.
 
-The positions are those that `evaluate --trajectories` has written. Where there are none, the same
-configuration and seed give the same episode to the last bit, so it is run again; its round trips
-must be those that the dataset holds.
+The positions are those that `evaluate --trajectories` has written, or else the same episode is run
+again, whose round trips must be those that the dataset holds.
 """
 
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,9 +37,8 @@ class Job:
     scenario: Scenario
     seed: int
     controller: str  # by its name
-    trajectory: Path | None = None  # the file of its trajectory; None: it is run
-    configuration: ExperimentConfig | None = None  # what to run
-    trips: int | None = None  # the round trips it must have
+    places: Iterator[Array]  # of the robots, after each tick or after all of them
+    is_kept: bool = False  # they are those of a trajectory
 
 
 @figure("paths", *SELECTION, "seed")
@@ -53,13 +51,13 @@ def draw(options: PlotOptions) -> Figure:
             f"{len(jobs)} configurations: at most {MAX_PANELS} in a figure; choose with"
             " --controller or --scenario"
         )
-    densities = {title: _draw(title, job) for title, job in jobs.items()}
+    densities = {title: _density(job) for title, job in jobs.items()}
     setups = {title.partition("\n")[0] for title in densities}
     note = f"one episode each, seed {', '.join(sorted({str(job.seed) for job in jobs.values()}))}"
     if len(setups) == 1:
         note = f"{min(setups)}, {note}"
         densities = {title.partition("\n")[2]: each for title, each in densities.items()}
-    made = "as evaluated" if all(job.trajectory for job in jobs.values()) else "run for this figure"
+    made = "as evaluated" if all(job.is_kept for job in jobs.values()) else "run for this figure"
     text = (
         f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}. The"
         " frame has the colour of the controller."
@@ -78,14 +76,12 @@ def _evaluated(options: PlotOptions) -> dict[str, Job]:
                 f"--seed {seed}: {group.label()} has the seeds {seeds[0]} to {seeds[-1]} here"
             )
         title = f"{group.setup()}\n{group.label()}"
-        trajectory = find_trajectory(options.sources, group.key, seed)
-        if trajectory:
-            jobs[title] = Job(group.model(), seed, group.label(), trajectory)
+        if trajectory := find_trajectory(options.sources, group.key, seed):
+            jobs[title] = Job(group.model(), seed, group.label(), _places(trajectory), True)
             continue
         _check_same_code(group)
         trips = group.episodes[seeds.index(seed)].round_trips
-        configuration = group.configuration()
-        jobs[title] = Job(configuration.scenario, seed, group.label(), None, configuration, trips)
+        jobs[title] = _run(title, group.configuration(), seed, trips)
     return jobs
 
 
@@ -97,12 +93,15 @@ def _asked(options: PlotOptions) -> dict[str, Job]:
             " controllers without further choice, as in swarm-forage plot paths es1 nc ssgikf"
         )
     request = EvaluateOptions(scenario, controllers, episodes=1, seed=options.seed or 0)
-    return {
-        f"{each.scenario.name}, {each.physics}\n{each.label}": Job(
-            each.scenario, request.seeds()[0], each.label, None, each
-        )
-        for each in request.configurations()
-    }
+    jobs = {}
+    for each in request.configurations():
+        if task_of(each.scenario).name != "foraging":
+            raise ConfigError(
+                f"scenario '{each.scenario.name}': paths are shown of robots that forage, as in es1"
+            )
+        title = f"{each.scenario.name}, {each.physics}\n{each.label}"
+        jobs[title] = _run(title, each, request.seeds()[0])
+    return jobs
 
 
 def _check_same_code(group: EpisodeGroup) -> None:
@@ -116,48 +115,39 @@ def _check_same_code(group: EpisodeGroup) -> None:
         )
 
 
-def _draw(title: str, job: Job) -> Density:
-    """The density of the robots of an episode, read or run; ConfigError if they do not forage."""
-    if task_of(job.scenario).name != "foraging":
-        raise ConfigError(
-            f"scenario '{job.scenario.name}': paths are shown of robots that forage, as in es1"
-        )
-    if job.trajectory:
-        return _density(job, [_places(job.trajectory)])
-    LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), job.seed)
-    return _density(job, _run(job))
-
-
-def _places(file: Path) -> Array:
+def _places(file: Path) -> Iterator[Array]:
     """Where the robots were after every tick: x and y, a row for each."""
     table = read_trajectory(file)
     places = np.stack([table["x"].to_numpy(), table["y"].to_numpy()], axis=1)
-    return np.asarray(places[table["t"].to_numpy() > 0.0], np.float64)
+    yield np.asarray(places[table["t"].to_numpy() > 0.0], np.float64)
 
 
-def _run(job: Job) -> Iterator[Array]:
-    """Run the episode: where the robots are after each tick. ConfigError if it is another one."""
-    assert job.configuration is not None, "an episode without a trajectory is run"
-    configuration = job.configuration
-    loop = Loop(job.scenario, configuration.controller, [job.seed], configuration.physics)
-    for _ in range(job.scenario.n_ticks):
-        loop.step()
-        yield loop.world.robots["pose"][0, :, :2]
-    made = int(loop.world.robots["round_trips"].sum())
-    if job.trips is not None and made != job.trips:
-        raise ConfigError(
-            f"seed {job.seed} gave {made} round trips, the dataset holds {job.trips}: it was made"
-            " with other libraries or on another machine; evaluate into another folder"
-        )
+def _run(title: str, of: ExperimentConfig, seed: int, trips: int | None = None) -> Job:
+    """An episode that is run as it is drawn; ConfigError then, if it makes other round trips."""
+
+    def places() -> Iterator[Array]:
+        LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), seed)
+        loop = Loop(of.scenario, of.controller, [seed], of.physics)
+        for _ in range(of.scenario.n_ticks):
+            loop.step()
+            yield loop.world.robots["pose"][0, :, :2]
+        made = int(loop.world.robots["round_trips"].sum())
+        if trips is not None and made != trips:
+            raise ConfigError(
+                f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made"
+                " with other libraries or on another machine; evaluate into another folder"
+            )
+
+    return Job(of.scenario, seed, of.label, places())
 
 
-def _density(job: Job, places: Iterable[Array]) -> Density:
-    """The mean over all ticks of the robots in each cell, from their places."""
+def _density(job: Job) -> Density:
+    """The mean over all ticks of the robots in each cell."""
     scenario = job.scenario
     size = scenario.arena.length, scenario.arena.width
     n_cells = [max(1, round(side / CELL)) for side in size]
     counts = np.zeros(n_cells)
-    for place in places:
+    for place in job.places:
         cells = np.clip(((place / size + 0.5) * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
         np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
     cell_area = size[0] * size[1] / counts.size
