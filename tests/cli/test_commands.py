@@ -22,6 +22,10 @@ from tests.processes import becomes_true
 from training.ladder.commands import add_benchmark
 from training.train_command import add_commands
 
+COMMANDS = (
+    "list", "evaluate", "plot", "reproduce", "export", "watch", "bench", "train", "dataset", "new",
+    "benchmark",
+)  # fmt: skip
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
 
@@ -32,21 +36,6 @@ def test_help_is_shown_without_a_command(command):
     assert (status, stderr) == (0, "")
     for name in COMMANDS:
         assert name in stdout
-
-
-COMMANDS = (
-    "list",
-    "evaluate",
-    "plot",
-    "reproduce",
-    "export",
-    "watch",
-    "bench",
-    "train",
-    "dataset",
-    "new",
-    "benchmark",
-)
 
 
 @pytest.mark.parametrize(
@@ -67,14 +56,6 @@ def test_every_command_explains_itself(command, name):
 def test_help_breaks_no_name_of_a_figure_or_paper(command, name, names):
     _, stdout, _ = command(name, "--help")
     assert set(names) <= {each.strip(":|,<>") for each in stdout.split()}
-
-
-def test_a_figure_or_paper_that_there_is_not_is_told_the_nearest(command, tmp_path):
-    _, _, stderr = command("plot", "boxplt", "runs/es1", "--out=figures/x.png")
-    assert "no kind of figure named 'boxplt', did you mean 'boxplot'?" in stderr
-    _, _, stderr = command("reproduce", "ants2009")
-    assert "no paper named 'ants2009', did you mean 'ants2008'?" in stderr
-    assert not list(tmp_path.iterdir())
 
 
 def test_the_version_is_told(command):

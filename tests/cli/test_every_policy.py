@@ -130,37 +130,12 @@ def model(tmp_path):
     return "sb3:model.zip"
 
 
-def test_a_model_is_evaluated_beside_hand_written_controllers(command, model):
-    arguments = ("evaluate", "es1", "nc", model, *SHORT, "--format=json")
-    status, out, err = command(*arguments)
-    assert status == 0, err
-    found = json.loads(out)
-    assert [each["controller"] for each in found] == ["nc", "nc", model, model]
-    _, again, _ = command(*arguments)
-    assert json.loads(again) == found
-
-
-def test_a_model_of_waypoints_is_watched(command, tmp_path):
-    env = SwarmVecEnv("waypoints-05", n_worlds=1)
-    PPO("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "waypoints.zip")
-    named = "watch", "waypoints-05", "sb3:waypoints.zip", "--seconds=5"
-    status, _, err = command(*named, "--frame=a.png", "--html=a.html")
-    assert status == 0, err
-
-
 def test_the_keywords_of_a_model_are_listed(command, model):
     status, out, _ = command("list", model)
     assert status == 0
     assert "policy.decision_period" in out
     assert "sb3:FILE,name=value" in out
     assert "torchscript:FILE" in command("list")[1]
-
-
-def test_a_model_that_does_not_fit_is_refused_before_anything_runs(command, model, tmp_path):
-    status, _, err = command("evaluate", "waypoints-05", model)
-    assert status != 0
-    assert "does not run on 'waypoints-05'" in err
-    assert not (tmp_path / "runs").exists()
 
 
 @pytest.mark.parametrize(

@@ -22,16 +22,13 @@ EVALUATE = "evaluate", "es1", "nc"
 
 REFUSED = [
     (("evaluate", "es4", "nc"), "named 'es4', did you mean 'es1', 'es2' or 'es3'?"),
-    (("evaluate", "ES1", "nc"), "no scenario named 'ES1', did you mean 'es1'?"),
     (("evaluate", "SwarmForage/ES1-v2", "nc"), "'SwarmForage/ES1-v2', did you mean 'es1'?"),
     (("evaluate", "nc", "es1"), "'nc': it is a controller, and the scenario comes first"),
     (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; one is run"),
     (("evaluate", "missing.toml", "nc"), "scenario file missing.toml: No such file or directory"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),
     (("evaluate", "es1", "ssgif"), "named 'ssgif', did you mean 'ssgiff' or 'ssgikf'?"),
-    (("evaluate", "es1", "ssgiff:weighting.bet=1"), "did you mean 'weighting.beta'?"),
     (("evaluate", "es1", "ssgiff:beta"), "must be parameter=value"),
-    (("evaluate", "es1", "ssgiff:beta=steep"), "beta='steep'"),
     (("evaluate", "es1", "nc", "nc"), "controller 'nc' is named twice"),
     (
         ("evaluate", "es1", "ssgiff", "nc", "ssgiff:beta=0.01"),
@@ -40,14 +37,11 @@ REFUSED = [
     (("evaluate", "es1", "nc", "--format=xml"), "'--format': 'xml' is not one of 'table'"),
     (("evaluate", "es1", "nc", "--seed=x"), "an integer. See: swarm-forage evaluate --help"),
     (("evaluate", "es1"), "Missing argument 'controllers"),
-    ((*EVALUATE, "--set", "radio.max_rnge=0.2"), "did you mean 'radio.max_range'?"),
     ((*EVALUATE, "--set", "radio.max_range"), "must be name=value, as in radio.max_range=0.2"),
     ((*EVALUATE, "--set", "radio.max_range=-1"), ": --set: radio.max_range='-1'"),
-    ((*EVALUATE, "--set", "task.n_robots=1000"), "at most"),
     ((*EVALUATE, "--set", "tick=0.1", "--set", "tick=0.2"), "given twice"),
     ((*EVALUATE, "--physics", "rigd"), "--physics: no physics engine named 'rigd', did you"),
     ((*EVALUATE, "--episodes", "0"), "--episodes=0: must be at least 1"),
-    ((*EVALUATE, "--episodes", "many"), "--episodes"),
     ((*EVALUATE, "--workers", "0"), "--workers=0: must be at least 1"),
     ((*EVALUATE, "--threads", "0"), "--threads=0: must be at least 1"),
     ((*EVALUATE, "--address", "auto"), "--address=auto: is for --backend ray"),
@@ -59,8 +53,8 @@ REFUSED = [
     ((*EVALUATE, "--plot", "taken/trips.png"), "--plot taken/trips.png: cannot be written"),
     ((*EVALUATE, "--episode", "3"), "--episode"),
     (("evaluat", "es1", "nc"), "Did you mean 'evaluate'? See: swarm-forage --help"),
+    (("reproduce", "ants2009"), "no paper named 'ants2009', did you mean 'ants2008'?"),
     (("list", "es11"), "no scenario or controller named 'es11', did you mean 'es1'?"),
-    (("list", "missing.toml"), "missing.toml"),
     (("list", "--format", "csv"), "'table', 'json'"),
     (("bench", "--fast"), "--fast"),
     (("bench", "--device", "tpu"), "device='tpu': must be 'cpu' or 'cuda'"),
@@ -82,6 +76,7 @@ def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told
     assert stderr.startswith("swarm-forage: ")
     assert "Errno" not in stderr
     assert stderr.count("missing.toml") <= 1
+    assert {each.name for each in tmp_path.iterdir()} == {"taken", "plain.toml"}
 
 
 @pytest.mark.parametrize(
@@ -109,13 +104,6 @@ def test_what_goes_wrong_on_the_way_gets_one_line(command, monkeypatch, fault, t
     assert (status, stdout) == (1, "")
     assert told in stderr.splitlines()[-1]
     assert len(stderr.splitlines()) == 2, "the run had begun with a line of its own"
-
-
-def test_a_refused_command_leaves_no_folder(command, tmp_path):
-    command(*EVALUATE, "--set", "tick=0")
-    command(*EVALUATE, "--episodes", "0")
-    command("evaluate", "es1", "none-such")
-    assert list(tmp_path.iterdir()) == []
 
 
 HERE = ": must be a file or folder of this machine; write it here, then copy it to the address"

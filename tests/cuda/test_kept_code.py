@@ -1,9 +1,5 @@
 """Machine code of a GPU is kept on disk: linked for a named kind of GPU, and none is needed."""
 
-import json
-import os
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +8,6 @@ import pytest
 from swarm_forage_env.compiler import _bound_grid, bind_grid, kernel
 from swarm_forage_env.kernel_cache import cache_folder
 from tests.cuda.conftest import CAPABILITY
-from tests.cuda.test_simulator import ROOT
 
 pytestmark = pytest.mark.cuda
 
@@ -88,34 +83,3 @@ def test_a_damaged_file_is_replaced(fresh_cache, ending):
             flipped = bytes([content[middle] ^ 1])
             file.write_bytes(content[:middle] + flipped + content[middle + 1 :])
     assert hits == [0, 0, 1]
-
-
-TICKS = """
-import hashlib, json
-import pytest
-from tests.cuda.test_kept_code import CAPABILITY, of_kind
-from tests.cuda.test_ptx import kernels_of
-
-of_kind(CAPABILITY, pytest.MonkeyPatch())
-import numba
-
-kernel, arguments = kernels_of("policy")["run"]
-compiled = kernel.compile(tuple(map(numba.typeof, arguments)))
-hits = sum(kernel.stats.cache_hits.values())
-print(json.dumps([hits, hashlib.sha256(compiled._codelibrary.get_cubin().code).hexdigest()]))
-"""
-
-
-def test_a_second_process_compiles_no_ticks(tmp_path):
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
-    (hits, linked), again = (
-        json.loads(
-            subprocess.run(
-                [sys.executable, "-c", TICKS], env=environment, capture_output=True, text=True,
-                check=True, cwd=ROOT, timeout=300,
-            ).stdout
-        )
-        for _ in range(2)
-    )  # fmt: skip
-    assert hits == 0
-    assert again == [1, linked]

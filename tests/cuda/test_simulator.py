@@ -189,27 +189,6 @@ print(int(acts), steps)
 ADDED = ["time_left", "robot_id", "one_hot", "previous_action"]
 
 
-WIDENED = (
-    START
-    + """
-from tests.cuda.conftest import widened
-
-scenario = find_scenario("es1", {"task.n_robots": "3"})
-one = Loop(scenario, CONTROLLERS["ssgikf"], [0], "kinematic")
-many, alone = DeviceLoop(widened(one, 3)), DeviceLoop(one)
-many.reset([4, 5, 6])
-alone.reset([6])
-for _ in range(5):
-    many.step()
-    alone.step()
-many.check()
-third, only = (loop.download().world.robots[-1] for loop in (many, alone))
-check_same_bits(third, only)
-print((third["pose"] != many.world.robots[0]["pose"]).all(), third["wheels"].any())
-"""
-)
-
-
 BENCH = """
 import baselines.controllers
 from baselines.evaluation.bench import gpu
@@ -280,10 +259,6 @@ def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
 )
 def test_worlds_that_have_exchanged_stand_still_until_all_others_have(reach, told):
     assert run(EXCHANGES, reach).strip() == told
-
-
-def test_worlds_that_no_cpu_has_made_are_those_of_their_seeds():
-    assert run(WIDENED).split() == ["True", "True"]
 
 
 def test_worlds_with_obstacles_and_faults_are_those_of_a_cpu():

@@ -27,43 +27,34 @@ def experiment(device, **changes):
     return found
 """
 
-CANDIDATES = (
-    START
-    + """
-from training.candidate_rollouts import CandidateRollouts, after_episode
-
-terms = experiment("cuda", algorithm="cma", population=4)
-rollouts = CandidateRollouts(
-    terms.scenarios_by_name, terms.base_controller, "kinematic", layer=layer, device="cuda"
-)
-n = {"motion": 60, "weighting": 50}[layer]
-networks = np.random.default_rng(0).normal(0.0, 1.0, (2, n)).astype(np.float32)
-(job,) = rollouts._jobs(terms.scenarios_by_name["es1"], networks, [5, 6])
-gpu, cpu = after_episode(job), after_episode(replace(job, device="cpu"))
-np.testing.assert_array_equal(gpu.world.robots["pose"], cpu.world.robots["pose"])
-poses = gpu.world.robots["pose"]
-print((poses[0] != poses[2]).any(), job.seeds)
-"""
-)
-
 CMA = (
     START
     + """
 from training import cma_es
+from training.candidate_rollouts import CandidateRollouts, after_episode
 from training.policy_file import load_policy
+
+terms = {"algorithm": "cma", "population": 4, "budget": 2, "every": 2}
+found = experiment("cuda", **terms)
+rollouts = CandidateRollouts(
+    found.scenarios_by_name, found.base_controller, "kinematic", layer=layer, device="cuda"
+)
+n = {"motion": 60, "weighting": 50}[layer]
+networks = np.random.default_rng(0).normal(0.0, 1.0, (2, n)).astype(np.float32)
+(job,) = rollouts._jobs(found.scenarios_by_name["es1"], networks, [5, 6])
+gpu, cpu = after_episode(job), after_episode(replace(job, device="cpu"))
+np.testing.assert_array_equal(gpu.world.robots["pose"], cpu.world.robots["pose"])
+poses = gpu.world.robots["pose"]
+print((poses[0] != poses[2]).any(), job.seeds)
 
 said = {"cpu": [], "cuda": []}
 for device in said:
-    terms = experiment(device, algorithm="cma", population=4, budget=2, every=2)
-    cma_es.train(terms, said[device].append)
+    cma_es.train(experiment(device, **terms), said[device].append)
 files = {device: load_policy(folder / device / "best.safetensors") for device in said}
-for name, array in files["cpu"].weights.items():
-    np.testing.assert_array_equal(files["cuda"].weights[name], array)
+np.testing.assert_equal(files["cuda"].weights, files["cpu"].weights)
 assert said["cpu"] == said["cuda"]
-print("--device=cuda" in files["cuda"].card.command, "--device" in files["cpu"].card.command)
-elsewhere = experiment("cpu", algorithm="cma", population=4, every=2, out=folder / "cuda")
 try:
-    cma_es.train(elsewhere, print)
+    cma_es.train(experiment("cpu", **terms, out=folder / "cuda"), print)
 except ValueError as error:
     print(error)
 """
@@ -78,73 +69,50 @@ from training.ppo_learner import PPOHyperparameters
 
 quick = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
 ppo.PRESETS = {"motion": ppo.Preset(hyperparameters=quick)}
-for device in ("cpu", "cuda"):
-    terms = experiment(device, algorithm="ppo", budget=180, every=180)
-    policy = ppo.train(terms, lambda line: print(device, line))
-    kept = {each.name for each in terms.out.iterdir()}
-    assert {"best.safetensors", "best.json", "latest.safetensors", "checkpoint.safetensors"} <= kept
-mine, his = (load_file(folder / device / "checkpoint.safetensors") for device in ("cpu", "cuda"))
+
+def trained(device, out=None):
+    terms = experiment(device, algorithm="ppo", budget=360, every=180, out=folder / (out or device))
+    ppo.train(terms, lambda line: print(device, line))
+    return terms.out / "checkpoint.safetensors"
+
+cpu, whole = trained("cpu"), trained("cuda")
+kept = {each.name for each in whole.parent.iterdir()}
+assert {"best.safetensors", "best.json", "latest.safetensors", "checkpoint.safetensors"} <= kept
+mine, his = load_file(cpu), load_file(whole)
 assert mine.keys() == his.keys()
 for name, array in mine.items():
     np.testing.assert_allclose(his[name], array, rtol=1e-4, atol=1e-6, err_msg=name)
-again = ppo.PPOTraining(experiment("cuda", algorithm="ppo", budget=180, every=180))
-print(again.done, again._learner.policy.log_std.tolist() == his["policy.log_std"].tolist())
-"""
-)
 
-KILLED = (
-    START
-    + """
-from training import ppo
-from training.ppo_learner import PPOHyperparameters
-
-quick = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
-ppo.PRESETS = {"motion": ppo.Preset(hyperparameters=quick)}
-terms = {"algorithm": "ppo", "budget": 540, "every": 180}
-
-ppo.train(experiment("cuda", **terms), lambda line: None)
 advance, killed = ppo.PPOTraining.advance, []
 
 def advance_or_be_killed(training, progress):
-    if training.done == 360 and not killed:
+    if training.done == 180 and not killed:
         killed.append(training.done)
         raise KeyboardInterrupt
     return advance(training, progress)
 
 ppo.PPOTraining.advance = advance_or_be_killed
-again = experiment("cuda", **terms, out=folder / "killed")
 try:
-    ppo.train(again, lambda line: None)
+    trained("cuda", "killed")
 except KeyboardInterrupt:
-    ppo.train(again, lambda line: None)
-whole, stopped = (folder / f / "checkpoint.safetensors" for f in ("cuda", "killed"))
+    stopped = trained("cuda", "killed")
 print(killed, whole.read_bytes() == stopped.read_bytes())
 """
 )
 
 
 @pytest.mark.parametrize("layer", ["motion", "weighting"])
-def test_candidates_on_the_grid_do_what_they_do_on_a_cpu(layer, tmp_path):
-    differs, seeds = run(CANDIDATES, layer, tmp_path).split(maxsplit=1)
-    assert differs == "True" or layer == "weighting"  # whom nobody has told anything yet
-    assert seeds.strip() == "(5, 6, 5, 6)"
-
-
-def test_a_search_on_the_grid_finds_what_it_finds_on_a_cpu(tmp_path):
+def test_candidates_and_a_search_on_the_grid_are_those_of_a_cpu(layer, tmp_path):
     pytest.importorskip("cmaes")
-    told, refusal = run(CMA, "motion", tmp_path).splitlines()
-    assert told == "True False"
+    candidates, refusal = run(CMA, layer, tmp_path).splitlines()
+    differs, seeds = candidates.split(maxsplit=1)
+    assert differs == "True" or layer == "weighting"  # whom nobody has told anything yet
+    assert seeds == "(5, 6, 5, 6)"
     assert "holds an experiment with device = cuda, not missing" in refusal
 
 
-def test_ppo_on_the_grid_learns_what_it_learns_on_a_cpu(tmp_path):
+def test_ppo_on_the_grid_learns_what_it_learns_on_a_cpu_though_it_was_killed(tmp_path):
     pytest.importorskip("stable_baselines3")
     *said, last = run(PPO, "motion", tmp_path).splitlines()
-    assert last == "180 True"
+    assert last == "[180] True"
     assert any(line.startswith("cuda") and "robot steps/s" in line for line in said)
-
-
-def test_ppo_that_was_killed_ends_on_the_grid_as_if_it_had_not_been(tmp_path):
-    pytest.importorskip("stable_baselines3")
-    *_, last = run(KILLED, "motion", tmp_path).splitlines()
-    assert last == "[360] True"

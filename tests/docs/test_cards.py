@@ -20,26 +20,17 @@ def test_numbers_have_six_digits_and_are_written_as_in_a_file():
     assert not [each for each in values if re.search(r"\.\d{7}", each)]
 
 
-def test_a_table_of_a_policy_has_no_empty_column():
-    assert "| to | noise | meaning |" in card_tables.policy("es1", "everything")
-    assert "| numbers | name | unit and scale | from | to | meaning |" in card_tables.policy(
-        "waypoints-05", "motion"
-    )
-
-
-def test_words_to_broadcast_stand_in_one_row():
-    rows = card_tables.policy("es1", "everything").partition("### Action")[2].splitlines()
-    assert [row for row in rows if "words" in row] == [
-        "| 3 to 14 | `words` 0 to 11 | as sent | -1 | 1 |"
-    ]
-
-
-def test_a_choice_is_told_as_one_number_for_each():
-    text = card_tables.policy("es1", "motion")
-    assert "one of three: nest, prey, none" in text
-    assert 'Action of `learn="weighting"`, 1 number {' in card_tables.policy(
-        "waypoints-05", "weighting"
-    )
+def test_a_table_of_a_policy_has_no_empty_column_and_one_row_for_words_and_a_choice():
+    everything = card_tables.policy("es1", "everything")
+    assert "| to | noise | meaning |" in everything
+    rows = everything.partition("### Action")[2].splitlines()
+    words = [row for row in rows if "words" in row]
+    assert words == ["| 3 to 14 | `words` 0 to 11 | as sent | -1 | 1 |"]
+    head = "| numbers | name | unit and scale | from | to | meaning |"
+    assert head in card_tables.policy("waypoints-05", "motion")
+    assert "one of three: nest, prey, none" in card_tables.policy("es1", "motion")
+    weighting = card_tables.policy("waypoints-05", "weighting")
+    assert 'Action of `learn="weighting"`, 1 number {' in weighting
 
 
 def test_the_replay_of_a_square_world_has_a_taller_frame():

@@ -11,55 +11,32 @@ from tests.scripts import ROOT, run_python
 
 FOLDER = ROOT / "examples" / "tutorials"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
-NEEDS = {
-    "a_rule_as_a_package": ("pyarrow", "hatchling"),
-    "a_thousand_worlds_on_a_gpu": ("torch", "matplotlib"),
-    "first_swarm": ("pygame",),
-    "learn_a_motion": ("stable_baselines3",),
-    "learn_a_weighting": ("stable_baselines3",),
-    "onto_a_cortex_m4": ("matplotlib",),
-    "read_the_data": ("pandas",),
-    "reproduce_a_figure": ("matplotlib",),
-    "scale_out": ("matplotlib",),
-    "task_in_one_file": ("stable_baselines3", "pygame"),
-    "train_in_20_lines": ("stable_baselines3", "pygame"),
-    "watch_and_compare": ("pygame",),
-}
 SHORT = "--set=task.duration=120"
 SHORT_WORLD = {"task.duration": 120.0, "task.area_distance": 0.7}
 SMALL = {
     "a_rule_as_a_package": {
-        "BUDGET": ["--episodes=1", SHORT, "--workers=1"],
-        "PIP": ["--no-build-isolation"],  # offline
+        "BUDGET": ["--episodes=1", SHORT, "--workers=1"], "PIP": ["--no-build-isolation"],
     },
     "a_thousand_worlds_on_a_gpu": {"N_WORLDS": 1, "ROBOT_STEPS": 20_000, "BLOCKS": (1, 2)},
     "first_swarm": {"SECONDS": 120.0, "EPISODES": 1},
     "learn_a_motion": {
-        "ROBOT_STEPS": 20_000,
-        "N_WORLDS": 2,
-        "BATCH": 640,
-        "TEST_SEEDS": [1000],
+        "ROBOT_STEPS": 20_000, "N_WORLDS": 2, "BATCH": 640, "TEST_SEEDS": [1000],
         "CHANGES": {"task.duration": 120.0},
     },
     "learn_a_weighting": {
-        "EXCHANGES": 128,
-        "N_WORLDS": 1,
-        "ROLLOUT": 64,
-        "BATCH": 640,
-        "TEST_SEEDS": [1000],
+        "EXCHANGES": 128, "N_WORLDS": 1, "ROLLOUT": 64, "BATCH": 640, "TEST_SEEDS": [1000],
         "CHANGES": {"task.duration": 120.0},
     },
     "onto_a_cortex_m4": {"CONTROLLERS": ("nc",), "CHECKED": "nc", "TICKS": 50},
     "read_the_data": {
-        "BUDGET": ["--episodes=2", SHORT, "--workers=1"],
-        "FEW": ["--episodes=1", SHORT],
+        "BUDGET": ["--episodes=2", SHORT, "--workers=1"], "FEW": ["--episodes=1", SHORT],
     },
     "reproduce_a_figure": {"EPISODES": 2, "CHANGES": SHORT_WORLD},
     "scale_out": {"STEPS": 5, "BLOCKS": (1, 8), "THREADED": 16},
     "task_in_one_file": {"ROBOT_STEPS": 10_000, "N_WORLDS": 1, "TEST_SEEDS": [1000]},
     "train_in_20_lines": {"STEPS": 5000, "SECONDS": 60, "EPISODES": 1},
     "watch_and_compare": {"SECONDS": 20},
-}
+}  # fmt: skip
 """Values of each tutorial's cell of parameters under which its test takes seconds."""
 
 
@@ -88,8 +65,6 @@ def test_the_site_shows_all_tutorials():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_tutorial_runs(name, tmp_path):
-    for package in NEEDS[name]:
-        pytest.importorskip(package)
     script = (FOLDER / f"{name}.py").read_text(encoding="utf-8")
     file = tmp_path / f"{name}.py"
     file.write_text(with_parameters(script, SMALL[name]), encoding="utf-8")

@@ -59,19 +59,6 @@ print(0.0 < max(weights) <= 0.5)
     assert told(code) == "True"
 
 
-def test_its_controller_takes_part_in_an_evaluation():
-    code = """
-from baselines.evaluation.episode import run_episodes
-from swarm_forage_env import find_scenario
-from swarm_forage_env.controllers import find_controller
-
-scenario = find_scenario("es1", {"duration": 60.0})
-(episode,) = run_episodes(scenario, find_controller("cautious"), seeds=[0])
-print(episode.controller)
-"""
-    assert told(code) == "cautious"
-
-
 @pytest.mark.parametrize("make", ["make", "make_vec"])
 def test_its_id_makes_our_environment_with_its_controller(make):
     code = f"""

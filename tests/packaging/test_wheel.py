@@ -1,7 +1,6 @@
 """What a user installs: the wheel, alone in an environment, outside the checkout.
 
-Without the network the dependencies are those of the running environment, and extras are hidden.
-The tests marked `wheel` have pip find and install them from the package index.
+pip finds and installs what it needs from the package index.
 """
 
 import os
@@ -13,47 +12,23 @@ from pathlib import Path
 
 import pytest
 
-from swarm_forage_env.extras import EXTRAS
+pytestmark = pytest.mark.wheel
 
 ROOT = Path(__file__).resolve().parents[2]
 PIP = sys.executable, "-m", "pip"
 
-HIDING = """
-import sys
+LAYERS = "weighting", "motion", "both", "everything"
 
-class Without:
-    def __init__(self, finder):
-        self._finder = finder
-
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {hidden}:
-            return None
-        return self._finder.find_spec(name, path, target)
-
-    def __getattr__(self, name):
-        return getattr(self._finder, name)
-
-sys.meta_path[:] = map(Without, sys.meta_path)
-sys.argv = ["swarm-forage", *{arguments}]
-"""
-
-COMMAND = "from training.cli import main\nmain()"
-
-STEPS = """
+STEPS = f"""
 from swarm_forage_env import parallel_env
 
-for scenario, *learn in {made}:
-    env = parallel_env(scenario, **dict(zip(["learn"], learn)))
-    env.reset(seed=0)
-    env.step({{agent: env.action_space(agent).sample() for agent in env.agents}})
-    print(scenario, *learn, len(env.agents))
+for scenario in ("es1", "waypoints-05"):
+    for learn in {LAYERS}:
+        env = parallel_env(scenario, learn=learn)
+        env.reset(seed=0)
+        env.step({{agent: env.action_space(agent).sample() for agent in env.agents}})
+        print(scenario, learn, len(env.agents))
 """
-
-MADE = [
-    *(("es1", learn) for learn in ("weighting", "motion", "both", "everything")),
-    ("waypoints-05",),
-]
-STEPPED = "es1 weighting 10\nes1 motion 10\nes1 both 10\nes1 everything 10\nwaypoints-05 5\n"
 
 LEARNED = "from swarm_forage_env import parallel_env\nparallel_env(controller='learned-weighting')"
 REMEDY = "needs 'safetensors': pip install 'swarm-forage[train]'"
@@ -96,17 +71,6 @@ def run_well(*command, cwd, **variables):
     return ended.stdout
 
 
-def run_plain(*command, cwd):
-    """The same with kernels as plain Python: every new environment compiles anew."""
-    return run_well(*command, cwd=cwd, NUMBA_DISABLE_JIT="1")
-
-
-def without(extras, code, *arguments):
-    """Lines of Python that run where extras are missing, under a command's arguments."""
-    hidden = sorted(set().union(*(EXTRAS[extra] for extra in extras)))
-    return HIDING.format(hidden=hidden, arguments=arguments) + code
-
-
 def new_environment(home):
     """The Python of a new environment."""
     run_well(sys.executable, "-m", "venv", "--without-pip", home, cwd=home)
@@ -122,19 +86,6 @@ def wheel(tmp_path_factory):
     run_well(*PIP, "wheel", *flags, out, ROOT, cwd=out)
     (path,) = out.glob("*.whl")
     return path
-
-
-@pytest.fixture(scope="module")
-def environment(wheel, tmp_path_factory):
-    """A new environment with the wheel; the dependencies are those of the running one."""
-    home = tmp_path_factory.mktemp("environment")
-    python = new_environment(home)
-    paths = {"base": str(home), "platbase": str(home)}
-    packages = Path(sysconfig.get_path("purelib", "venv", paths))
-    (packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    flags = "--no-deps", "--no-index", "--quiet"
-    run_well(*PIP, "--python", python, "install", *flags, wheel, cwd=home)
-    return python
 
 
 @pytest.fixture
@@ -154,58 +105,27 @@ def installed(wheel):
         yield install
 
 
-def test_the_installed_world_is_the_wheels(environment, tmp_path):
-    code = "import swarm_forage_env as s; print(s.__file__)"
-    where = Path(run_well(environment, "-c", code, cwd=tmp_path).strip())
-    assert where.is_relative_to(environment.parents[1])
-
-
-def test_the_installed_command_lists_scenarios_and_controllers(environment, tmp_path):
-    listed = run_well(environment.with_name("swarm-forage"), "list", cwd=tmp_path)
-    assert {"es1", "ssgikf"} <= set(listed.split())
-
-
-def test_world_and_controllers_need_no_extra(environment, tmp_path):
-    code = without(EXTRAS, "import baselines.controllers" + STEPS.format(made=MADE))
-    assert run_plain(environment, "-c", code, cwd=tmp_path) == STEPPED
-
-
-def test_the_commands_need_the_extra_evaluate_only(environment, tmp_path):
-    for arguments in COMMANDS["evaluate"]:
-        code = without(EXTRAS.keys() - {"evaluate"}, COMMAND, *arguments)
-        run_plain(environment, "-c", code, cwd=tmp_path)
-
-
-def test_a_learned_controller_without_its_extra_says_in_one_line_which(environment, tmp_path):
-    refused = run(environment, "-c", without(["train"], LEARNED), cwd=tmp_path)
+def test_the_wheel_alone_brings_every_environment_and_says_which_extra_brings_more(
+    installed, tmp_path
+):
+    python = installed()
+    where = run_well(python, "-c", "import training; print(training.__file__)", cwd=tmp_path)
+    assert Path(where.strip()).is_relative_to(python.parents[1])
+    stepped = run_well(python, "-c", STEPS, cwd=tmp_path, XDG_CACHE_HOME=tmp_path).splitlines()
+    sizes = {"es1": 10, "waypoints-05": 5}
+    assert stepped == [f"{name} {each} {sizes[name]}" for name in sizes for each in LAYERS]
+    refused = run(python, "-c", LEARNED, cwd=tmp_path)
     assert refused.stderr.splitlines()[-1].startswith("ModuleNotFoundError: policy ")
     assert refused.stderr.endswith(f"{REMEDY}\n")
-    arguments = "evaluate", "es1", "nc", "learned-weighting", *SHORT
-    refused = run(environment, "-c", without(["train"], COMMAND, *arguments), cwd=tmp_path)
-    assert (refused.returncode, refused.stdout) == (1, "")
-    assert refused.stderr == f"swarm-forage: this command {REMEDY}\n", "before anything ran"
-
-
-def test_a_command_without_its_extra_says_in_one_line_which(environment, tmp_path):
-    refused = run(environment, "-c", without(EXTRAS, COMMAND, "list"), cwd=tmp_path)
+    refused = run(python.with_name("swarm-forage"), "list", cwd=tmp_path)
     assert (refused.returncode != 0, refused.stdout) == (True, "")
     assert len(refused.stderr.splitlines()) == 1
     assert "swarm-forage[evaluate]" in refused.stderr
 
 
-@pytest.mark.wheel
-def test_the_wheel_alone_brings_every_environment(installed, tmp_path):
-    python = installed()
-    cache = str(tmp_path / "cache")
-    code = STEPS.format(made=MADE)
-    assert run_well(python, "-c", code, cwd=tmp_path, XDG_CACHE_HOME=cache) == STEPPED
-    refused = run(python, "-c", LEARNED, cwd=tmp_path)
-    assert refused.stderr.endswith(f"{REMEDY}\n")
-
-
-@pytest.mark.wheel
 @pytest.mark.parametrize("extra", COMMANDS)
 def test_an_extra_alone_brings_what_its_commands_need(installed, tmp_path, extra):
     command = installed(extra).with_name("swarm-forage")
     for arguments in COMMANDS[extra]:
-        run_plain(command, *arguments, cwd=tmp_path)
+        # Kernels as plain Python: every new environment would compile anew.
+        run_well(command, *arguments, cwd=tmp_path, NUMBA_DISABLE_JIT="1")

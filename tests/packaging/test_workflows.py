@@ -34,10 +34,8 @@ def commands(job):
     return [step["run"] for step in job["steps"] if "run" in step]
 
 
-def where(job):
-    """The systems and Pythons that a job runs under, as pairs."""
-    matrix = job.get("strategy", {}).get("matrix", {})
-    return set(product(matrix.get("os", []), matrix.get("python", [])))
+def matrix_of(job):
+    return job.get("strategy", {}).get("matrix", {})
 
 
 def test_there_are_workflows_that_run_on_a_push_and_on_a_pull_request():
@@ -47,33 +45,23 @@ def test_there_are_workflows_that_run_on_a_push_and_on_a_pull_request():
         assert {"push", "pull_request"} <= set(started)
 
 
-def test_every_command_is_a_target_of_the_makefile(jobs):
+def test_every_command_is_a_target_of_the_makefile_and_none_is_forgotten(jobs):
     told = [command for name, job in jobs.items() if name != "windows" for command in commands(job)]
-    assert told
     for command in told:  # Windows has no make
         program, target, *options = command.split()
         assert program == "make", command
         assert target in TARGETS, command
         assert {each.partition("=")[0] for each in options} <= {"PYTHON", "WORKERS"}, command
+    assert {each.split()[1] for each in told} >= {"test", "lint", "docs", "test-wheel", "dist"}
 
 
-def test_tests_lint_docs_wheel_and_distribution_are_run(jobs):
-    targets = {command.split()[1] for job in jobs.values() for command in commands(job)}
-    assert targets >= {"test", "lint", "docs", "test-wheel", "dist"}
-
-
-@pytest.mark.parametrize("name", ["test", "wheel"])
-def test_the_tests_run_on_both_systems_under_every_python_of_the_classifiers(jobs, name):
-    assert where(jobs[name]) == set(product(SYSTEMS, PYTHONS))
-    assert jobs[name]["runs-on"] == "${{ matrix.os }}"
-
-
-def test_the_systems_are_those_of_the_classifiers():
+def test_the_tests_run_on_the_systems_and_under_every_python_of_the_classifiers(jobs):
+    for job in (jobs["test"], jobs["wheel"]):
+        matrix = matrix_of(job)
+        assert set(product(matrix["os"], matrix["python"])) == set(product(SYSTEMS, PYTHONS))
+        assert job["runs-on"] == "${{ matrix.os }}"
     told = {each for each in PROJECT["classifiers"] if each.startswith("Operating System")}
     assert {f"Operating System :: {each}" for each in SYSTEMS.values()} == told
-
-
-def test_the_oldest_python_is_the_one_required():
     oldest = min(PYTHONS, key=lambda each: int(each.partition(".")[2]))
     assert PROJECT["requires-python"] == f">={oldest}"
 
@@ -81,7 +69,7 @@ def test_the_oldest_python_is_the_one_required():
 def test_every_python_is_text_and_every_job_ends_in_time(jobs):
     for job in jobs.values():
         assert 0 < job["timeout-minutes"] <= 120
-        matrix = job.get("strategy", {}).get("matrix", {})
-        assert all(isinstance(each, str) for each in matrix.get("python", [])), "3.10 is no 3.1"
+        pythons = matrix_of(job).get("python", [])
+        assert all(isinstance(each, str) for each in pythons), "3.10 is no 3.1"
         for step in job["steps"]:
             assert "run" in step or re.fullmatch(PINNED, step["uses"])

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.loop import Loop
+
 TRAIN = "the single-file PPO needs the extra: pip install 'swarm-forage[train]'"
 torch = pytest.importorskip("torch", reason=TRAIN)
 pytest.importorskip("tensorboard", reason=TRAIN)
@@ -82,17 +85,10 @@ def test_what_it_keeps_does_as_a_controller_what_it_does_in_the_environment(ppo,
         with torch.no_grad():
             action = agent.policy(ppo.rows_of(observations)).clamp(-1.0, 1.0)
         observations, *_ = env.step(action.numpy()[None])
-    loop = ppo_loop(ppo, chosen, env.world.scenario)
+    controller = find_controller(f"torchscript:{chosen.out}/policy.pt")
+    loop = Loop(env.world.scenario, controller, [3])
     loop.run(40)
     np.testing.assert_array_equal(loop.world.robots["pose"], env.world.robots["pose"])
-
-
-def ppo_loop(ppo, chosen, scenario):
-    """The loop of the kept policy, from the seed 3."""
-    from swarm_forage_env.loop import Loop
-
-    controller = ppo.find_controller(f"torchscript:{chosen.out}/policy.pt")
-    return Loop(scenario, controller, [3])
 
 
 def test_the_kept_policy_is_compared_with_others(ppo, monkeypatch, options, capsys):

@@ -7,7 +7,6 @@ import time
 import uuid
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from contextlib import closing
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +20,7 @@ from baselines.evaluation.trajectories import Trajectories
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
+from tests.processes import becomes_true
 
 pytestmark = [
     pytest.mark.ray,
@@ -90,39 +90,15 @@ def test_two_nodes_make_the_dataset_of_one_process(backend, expected, tmp_path):
     assert plan_of(tmp_path / "ray").n_todo == 0
 
 
-@pytest.fixture
-def rung(tmp_path):
-    """A rung of the ladder with a few short test episodes; its file may be written."""
-    from training.ladder.rungs import read_rungs
-
-    found = read_rungs()["near"]
-    (tmp_path / found.file.name).write_bytes(found.file.read_bytes())
-    short = {"episodes": 2, "test": {**found.card.test, "task.duration": 20.0}}
-    card = found.card.model_copy(update=short)
-    return replace(found, file=tmp_path / found.file.name, card=card)
-
-
-def test_cards_get_the_same_scores(backend, rung, tmp_path):
-    from training.ladder.cards import score_references
-
-    found = {}
-    for name, runs_on in (("alone", JoblibBackend()), ("ray", backend)):
-        scores = score_references(rung, tmp_path / name, runs_on)
-        found[name] = scores, rung.file.read_bytes(), hashes(tmp_path / name)
-    assert found["ray"] == found["alone"]
-    assert len(found["ray"][2]) == 2 * len(rung.references)
-
-
 def test_trajectories_are_kept_here_too(backend, tmp_path):
     for name, runs_on in (("alone", JoblibBackend()), ("ray", backend)):
         assert sum(plan_of(tmp_path / name, 5.0, trajectories=True).run(runs_on)) == 16
-    alone, spread = (contents(tmp_path / f"{name}-trajectories") for name in ("alone", "ray"))
+    alone, spread = (
+        {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*.parquet")}
+        for folder in (tmp_path / "alone-trajectories", tmp_path / "ray-trajectories")
+    )
     assert spread == alone
     assert len(alone) == 16
-
-
-def contents(folder):
-    return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*.parquet")}
 
 
 def die_once(job):
@@ -170,15 +146,9 @@ def test_calls_that_run_are_ended_with_the_iterator(backend, tmp_path):
 
     with closing(backend.run(nap_after, [(tmp_path / str(k), k) for k in range(2)])) as finished:
         assert next(finished) == 0
-        wait_until((tmp_path / "1").exists)
-    wait_until(lambda: ray.available_resources().get("CPU") == ray.cluster_resources()["CPU"])
-
-
-def wait_until(happens):
-    until = time.monotonic() + 60.0
-    while not happens():
-        assert time.monotonic() < until
-        time.sleep(0.1)
+        assert becomes_true((tmp_path / "1").exists, 60.0)
+    n_free, n_all = ray.available_resources, ray.cluster_resources
+    assert becomes_true(lambda: n_free().get("CPU") == n_all()["CPU"], 60.0)
 
 
 def nap_after(job):
@@ -235,7 +205,7 @@ def test_a_node_that_dies_in_mid_run_loses_and_repeats_nothing(
 
     def kill_one():
         try:
-            wait_until(lambda: len(list(tmp_path.glob("*.at"))) == 3)
+            assert becomes_true(lambda: len(list(tmp_path.glob("*.at"))) == 3, 60.0)
             at_work = {trace.read_text() for trace in tmp_path.glob("*.at")}
             node = next(each for each in cluster.worker_nodes if each.node_id in at_work)
             cluster.remove_node(node, allow_graceful=False)

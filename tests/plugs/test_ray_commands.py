@@ -3,58 +3,35 @@
 import json
 import os
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
+
+from tests import processes
 
 pytestmark = [
     pytest.mark.ray,
     pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc"),
 ]
 
-ROOT = Path(__file__).resolve().parents[2]
 EVALUATE = "evaluate", "es1", "nc", "--physics=kinematic", "--format=json"
 LONG = "--episodes=3000", "--set=task.duration=300"
 
 
 @pytest.fixture
-def start(tmp_path):
+def start(tmp_path, interruptible):
     """Start a command as a process of its own in an empty folder."""
     started = []
 
     def begin(*arguments):
-        environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        environment.pop("SWARM_CHECK_SHAPES", None)
-        run = subprocess.Popen(
-            [sys.executable, "-m", "training.cli", *arguments],
-            cwd=tmp_path, env=environment, start_new_session=True, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )  # fmt: skip
-        started.append(run)
-        return run
+        command = "-m", "training.cli", *arguments
+        started.append(processes.start(*command, cwd=tmp_path, start_new_session=True))
+        return started[-1]
 
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a job
     yield begin
-    signal.signal(signal.SIGINT, before)
     for run in started:
         run.kill()
         run.communicate(timeout=100)
-
-
-def offspring(process):
-    """The processes below one, as far as they run."""
-    found, parents = [], {process}
-    table = {}
-    for each in Path("/proc").iterdir():
-        if each.name.isdigit() and (parent := state(int(each.name))):
-            table[int(each.name)] = parent
-    while parents:
-        parents = {child for child, parent in table.items() if parent in parents}
-        found += parents
-    return found
 
 
 def state(process):
@@ -66,22 +43,27 @@ def state(process):
     return None if letter == "Z" else int(parent)
 
 
+def offspring(process):
+    """The processes below one, as far as they run."""
+    parents = {int(each.name): state(each.name) for each in Path("/proc").glob("[0-9]*")}
+    found, last = [], {process}
+    while last:
+        last = {child for child, parent in parents.items() if parent in last}
+        found += last
+    return found
+
+
 def in_mid_run(run, folder):
     """The processes of a run that has kept its first episodes, and is at work."""
-    until = time.monotonic() + 200.0
-    while not list(folder.rglob("*.parquet")):
-        assert time.monotonic() < until
-        assert run.poll() is None, run.communicate(timeout=100)[1]
-        time.sleep(0.1)
+    assert processes.becomes_true(lambda: run.poll() or [*folder.rglob("*.parquet")], 200.0)
+    assert run.poll() is None, run.communicate(timeout=100)[1]
     return offspring(run.pid)
 
 
-def left_of(processes):
+def left_of(ours):
     """What these processes run that have not ended in a minute."""
-    until = time.monotonic() + 60.0
-    while (left := [each for each in processes if state(each)]) and time.monotonic() < until:
-        time.sleep(0.2)
-    return list(map(command_of, left))
+    processes.becomes_true(lambda: not any(map(state, ours)), 60.0)
+    return [command_of(each) for each in ours if state(each)]
 
 
 def command_of(process):
@@ -107,8 +89,8 @@ def test_a_command_says_on_ray_what_it_says_without(start, tmp_path):
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_a_command_that_is_stopped_ends_its_cluster_in_one_line(start, tmp_path, stop):
     run = start(*EVALUATE, *LONG, "--backend=ray", "--out=out")
-    processes = in_mid_run(run, tmp_path / "out")
-    assert len(processes) > 3
+    ours = in_mid_run(run, tmp_path / "out")
+    assert len(ours) > 3
     if stop is signal.SIGINT:
         os.killpg(run.pid, stop)  # as a terminal does
     else:
@@ -117,14 +99,14 @@ def test_a_command_that_is_stopped_ends_its_cluster_in_one_line(start, tmp_path,
     assert run.returncode == 130
     assert stdout == ""
     assert stderr.splitlines()[1:] == ["swarm-forage: stopped; the same command goes on from here"]
-    assert not left_of(processes)
+    assert not left_of(ours)
 
 
 def test_a_command_that_is_killed_takes_its_workers_along(start, tmp_path):
     """And raylet and server; Ray's agents, which run nothing of ours, take minutes to notice."""
     run = start(*EVALUATE, *LONG, "--backend=ray", "--out=out")
-    processes = in_mid_run(run, tmp_path / "out")
-    ours = [each for each in processes if "Agent" not in command_of(each)]
+    ours = in_mid_run(run, tmp_path / "out")
+    ours = [each for each in ours if "Agent" not in command_of(each)]
     assert len(ours) > 3
     run.kill()
     run.wait(timeout=100)

@@ -1,6 +1,5 @@
 """RLlib, new API stack: worlds in one block, and the example; run by `make test-rllib`."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -66,22 +65,6 @@ def test_a_world_goes_through_what_it_goes_through_alone(options, small):
     assert not terminated[1]["__all__"]
     assert set(rewards[1].values()) == {0.0}
     assert (block.env.world.robots["pose"] != last).all(axis=2).any()
-
-
-@pytest.mark.parametrize("learn", ["motion", "weighting"])
-def test_one_policy_trains_on_all_robots(example, small, ray, learn):
-    from training.rllib_env import SwarmVectorEnv
-
-    ppo = example("rllib_ppo")
-    algorithm = ppo.configure(1, 2, 60, learn=learn, max_cycles=60, **small).build_algo()
-    assert isinstance(algorithm.env_runner.env, SwarmVectorEnv)
-    for _ in range(2):
-        last = algorithm.train()
-    algorithm.stop()
-    assert last["env_runners"]["num_env_steps_sampled_lifetime"] == 240
-    assert last["env_runners"]["num_module_steps_sampled_lifetime"] == {"robot": 4 * 240}
-    assert last["env_runners"]["episode_len_mean"] == 60
-    assert math.isfinite(last["learners"]["robot"]["total_loss"])
 
 
 @pytest.mark.parametrize(

@@ -46,15 +46,15 @@ def settle(tmp_path):
 
 @pytest.fixture
 def run(settle):
-    """A function that runs such an experiment."""
+    """A function that runs such an experiment, of a task or of the one of a name."""
     from benchmarl.algorithms import algorithm_config_registry
     from benchmarl.experiment import Experiment
     from benchmarl.models.mlp import MlpConfig
 
-    from training.benchmarl_tasks import EpisodeMetrics, SwarmForageTask
+    from training.benchmarl_tasks import SwarmForageTask
 
-    def ran(name, algorithm, **more):
-        task, evaluation = SwarmForageTask[name].get_task(), EpisodeMetrics()
+    def ran(task, algorithm, callback=None, **more):
+        task = SwarmForageTask[task].get_task() if isinstance(task, str) else task
         experiment = Experiment(
             task=task,
             algorithm_config=algorithm_config_registry[algorithm].get_from_yaml(),
@@ -62,10 +62,10 @@ def run(settle):
             critic_model_config=MlpConfig.get_from_yaml(),
             seed=1,
             config=settle(task, **more),
-            callbacks=[evaluation],
+            callbacks=[callback] if callback else [],
         )
         experiment.run()
-        return experiment, evaluation
+        return experiment
 
     return ran
 
@@ -109,7 +109,10 @@ def test_every_file_is_a_task_whose_worlds_are_as_their_specs_say(is_continuous)
 
 @pytest.mark.parametrize("algorithm", ["mappo", "masac", "qmix"])
 def test_benchmarl_trains_and_evaluates_a_task(run, tmp_path, algorithm):
-    experiment, evaluation = run("NEAR", algorithm)
+    from training.benchmarl_tasks import EpisodeMetrics
+
+    evaluation = EpisodeMetrics()
+    experiment = run("NEAR", algorithm, evaluation)
     assert (experiment.n_iters_performed, experiment.total_frames) == (2, 120)
     assert experiment.continuous_actions == (algorithm != "qmix")
     assert math.isfinite(experiment.mean_return)
@@ -133,28 +136,16 @@ def test_benchmarl_trains_and_evaluates_a_task(run, tmp_path, algorithm):
     ],
 )
 def test_a_policy_is_evaluated_under_the_keywords_of_its_training(
-    settle, evaluated, algorithm, keywords
+    run, evaluated, algorithm, keywords
 ):
     import torch
-    from benchmarl.algorithms import algorithm_config_registry
-    from benchmarl.experiment import Experiment
-    from benchmarl.models.mlp import MlpConfig
     from torchrl.envs.utils import ExplorationType, set_exploration_type
 
     from training.benchmarl_tasks import KeepsPolicy, SwarmForageClass
     from training.torchrl_env import SwarmTorchEnv
 
     task = SwarmForageClass("near", {"scenario": "near", "physics": "kinematic", **keywords})
-    experiment = Experiment(
-        task=task,
-        algorithm_config=algorithm_config_registry[algorithm].get_from_yaml(),
-        model_config=MlpConfig.get_from_yaml(),
-        critic_model_config=MlpConfig.get_from_yaml(),
-        seed=1,
-        config=settle(task, evaluation=False),
-        callbacks=[KeepsPolicy()],
-    )
-    experiment.run()
+    experiment = run(task, algorithm, KeepsPolicy(), evaluation=False)
     env = SwarmTorchEnv(n_worlds=1, seed=7, **{**task.config, "max_cycles": 100})
     with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
         env.rollout(40, experiment.policy)
@@ -181,13 +172,6 @@ def test_a_policy_with_parameters_of_each_robot_is_not_saved(terms, tmp_path):
     with pytest.raises(ConfigError, match="depend on more than what the robot observes"):
         save_policy(policy, env, tmp_path / "policy.pt")
     assert not list(tmp_path.iterdir())
-
-
-def test_an_environment_says_what_it_is(terms):
-    from training.torchrl_env import SwarmTorchEnv
-
-    told = "<SwarmTorchEnv es1: learn='motion', controller='ssgikf', 2 worlds, 4 of 4 robots learn"
-    assert repr(SwarmTorchEnv(n_worlds=2, **terms)).startswith(told)
 
 
 def test_an_evaluation_is_filmed(run, tmp_path):
@@ -219,7 +203,7 @@ def test_the_worlds_of_training_end_one_after_the_other_and_those_of_evaluation_
 def test_a_static_evaluation_is_on_the_same_episodes_and_training_on_others(run):
     import torch
 
-    experiment, _ = run("ES1", "ippo", evaluation_static=True, render=False)
+    experiment = run("ES1", "ippo", evaluation_static=True, render=False)
     task = experiment.task
     torch.manual_seed(experiment.seed)
     made = task.get_env_fun(2, True, experiment.seed, "cpu")

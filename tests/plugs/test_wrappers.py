@@ -1,9 +1,7 @@
 """Wrappers of SuperSuit and Gymnasium that rescale, skip and tell the time go round ours."""
 
-import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import RescaleObservation
 from pettingzoo.test import api_test, parallel_api_test
 
 from swarm_forage_env import env, parallel_env
@@ -55,13 +53,3 @@ def test_what_supersuit_rescales_by_bounds_still_differs():
     assert moving.sum() > 15
     ratio = scaled[:, moving].std(axis=0) / bare[:, moving].std(axis=0)
     assert ratio.min() > 0.9
-
-
-def test_what_gymnasium_rescales_by_bounds_still_differs():
-    made = gym.make("SwarmForage/ES1-v2", **{**FEW, "max_cycles": 400})
-    low, high = np.float32(-1.0), np.float32(1.0)
-    scaled = RescaleObservation(made, low, high)
-    seen = [scaled.reset(seed=0)[0]]
-    seen += [scaled.step(np.float32([1.0, np.sin(step / 9.0)]))[0] for step in range(150)]
-    spread = np.array(seen).std(axis=0)
-    assert (spread > 1e-3).sum() > 15

@@ -24,20 +24,20 @@ def jobs_of(made, n_networks, seeds):
 
 
 @pytest.mark.parametrize(
-    ("workers", "n_networks", "n_seeds", "sizes"),
+    ("workers", "n_networks", "n_seeds", "sizes", "device"),
     [
-        (1, 2, 3, [6]),
-        (2, 2, 3, [3, 3]),
-        (4, 2, 3, [2, 2, 2]),
-        (2, 3, 3, [5, 4]),
-        (2, 40, 20, [400, 400]),  # 400 worlds of 5 robots are the most of a job
-        (1, 41, 20, [274, 273, 273]),
+        (1, 2, 3, [6], "cpu"),
+        (4, 2, 3, [2, 2, 2], "cpu"),
+        (2, 3, 3, [5, 4], "cpu"),
+        (2, 40, 20, [400, 400], "cpu"),  # 400 worlds of 5 robots are the most of a job
+        (1, 41, 20, [274, 273, 273], "cpu"),
+        (2, 41, 20, [820], "cuda"),  # all of a scenario at once
     ],
 )
 def test_worlds_are_shared_out_among_workers_in_jobs_of_two_thousand_robots(
-    workers, n_networks, n_seeds, sizes
+    workers, n_networks, n_seeds, sizes, device
 ):
-    jobs = jobs_of(rollouts(workers), n_networks, range(10, 10 + n_seeds))
+    jobs = jobs_of(rollouts(workers, device), n_networks, range(10, 10 + n_seeds))
     assert [len(job.seeds) for job in jobs] == sizes
     worlds = [
         (job.controllers[k].weighting.network[0], job.seeds[k])
@@ -46,10 +46,6 @@ def test_worlds_are_shared_out_among_workers_in_jobs_of_two_thousand_robots(
     assert worlds == [
         (2.0 * network, seed) for network in range(n_networks) for seed in range(10, 10 + n_seeds)
     ]
-
-
-def test_a_gpu_runs_all_worlds_of_a_scenario_at_once():
-    assert [len(job.seeds) for job in jobs_of(rollouts(2, "cuda"), 41, range(20))] == [820]
 
 
 def test_swarms_of_more_robots_than_a_job_run_one_by_one(monkeypatch):
@@ -76,17 +72,3 @@ def test_a_backend_runs_the_jobs_of_a_cpu_only(monkeypatch, device, by_backend):
     found = rollouts(2, device).round_trips(np.ones((1, 2), np.float32), [4, 5])
     assert found["es1"].tolist() == [[4, 5]]
     assert len(given) == by_backend
-
-
-def test_an_episode_on_a_gpu_has_all_its_ticks_and_is_checked(monkeypatch):
-    done = []
-    monkeypatch.setattr(
-        candidate_rollouts, "Loop", type("Loop", (), {"__new__": lambda *_: "worlds"})
-    )
-    monkeypatch.setattr(candidate_rollouts, "DeviceLoop", lambda loop: SimpleNamespace(
-        run=done.append, check=lambda: done.append("check"),
-        download=lambda: (loop, "at the end")))  # fmt: skip
-    job = SimpleNamespace(scenario=SimpleNamespace(n_ticks=230), controllers=(), seeds=(),
-                          physics="kinematic", device="cuda")  # fmt: skip
-    assert candidate_rollouts.after_episode(job) == ("worlds", "at the end")
-    assert done == [100, 100, 30, "check"]

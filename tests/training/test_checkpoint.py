@@ -4,7 +4,6 @@ import errno
 import json
 import os
 import random
-import socket
 
 import numpy as np
 import pytest
@@ -122,16 +121,6 @@ def test_a_mean_has_an_interval_and_that_of_one_world_is_itself():
     assert found.low < found.mean == 4.0 < found.high
     alone = mean_with_interval(np.array([3]))
     assert (alone.low, alone.mean, alone.high) == (3.0, 3.0, 3.0)
-
-
-def test_who_holds_a_folder_is_named_and_it_is_free_again_afterwards(tmp_path):
-    here = f"process {os.getpid()} on {socket.gethostname()} is training there"
-    for _ in range(2):
-        with lock_folder(tmp_path / "x"):
-            with pytest.raises(ConfigError, match=here), lock_folder(tmp_path / "x"):
-                pass
-            files = sorted(file.name for file in (tmp_path / "x").iterdir())
-            assert len(files) == 1
 
 
 def test_a_folder_is_locked_with_those_above_it_and_where_there_are_no_locks(tmp_path, monkeypatch):

@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baselines.evaluation.episode import run_episodes
-from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from training import cma_es
 from training.candidate_rollouts import CandidateRollouts
@@ -138,19 +136,6 @@ def test_a_search_does_not_go_on_among_other_weights(experiment, tmp_path):
     save_policy(copy, {k: 2.0 * each for k, each in shipped.weights.items()}, shipped.card)
     with pytest.raises(ConfigError, match="learned-weighting weighting, sha256 = "):
         train(mine, str)
-
-
-def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
-    mine = experiment(layer="motion", budget=2, every=1)
-    policy = train(mine, str)
-    assert policy.card.layers["motion"].network == "reflexes"
-    tried = load_policy(mine.out / BEST_POLICY).weights["motion.steer.weight"]
-    assert tried.shape == (2, 2, 12)
-    controller = find_controller(f"learned-motion:policy={policy.source}")
-    scenario = mine.scenarios_by_name["es1"]
-    episodes = run_episodes(scenario, controller, mine.held_back_seeds, "kinematic")
-    trips = [each.round_trips for each in episodes]
-    assert np.mean(trips) == policy.card.score["es1"].mean
 
 
 @pytest.mark.usefixtures("_imagined")

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,7 +24,6 @@ from training.exchanges import (
 )
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
-    REMEMBERED,
     REPUTATION_NETWORK,
     LearnedReputation,
     flatten,
@@ -121,10 +119,16 @@ def test_a_fit_finds_out_who_is_right(imitating):
     assert shares["es1"] > 0.95
 
 
-def test_training_ends_with_the_best_policy_as_a_controller(imitating):
+def test_training_ends_with_the_best_policy_as_a_controller(imitating, monkeypatch):
     mine = imitating(controller="dsgiff-frequent")
-    said = []
+    said, rates, adam = [], [], torch.optim.Adam
+    monkeypatch.setattr(
+        torch.optim, "Adam", lambda numbers, lr: rates.append(lr) or adam(numbers, lr)
+    )
+    torch.set_num_threads(2)
     policy = train(mine, said.append)
+    assert torch.get_num_threads() == 1, "so that sums are the same whatever the workers"
+    assert rates == [dagger.LEARNING_RATE, dagger.LEARNING_RATE / 2], "of two rounds"
     assert any("gain per exchange as a share of the oracle's: es1 " in line for line in said)
     curve = policy.card.curve
     assert [point.step for point in curve] == [0, 1, 2]
@@ -154,19 +158,6 @@ def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
 AMONG_LIARS = "reputation_odometry+sgikf+subsumption:weighs_unknown=true,pause=5"
 LIARS = {"faults.liar.share": 0.3, "faults.liar.shift": 0.4}
 AS_TEXT = {name: str(value) for name, value in {**BUSY, **LIARS}.items()}
-
-
-def test_among_liars_unknown_areas_are_recorded_too_and_what_is_remembered():
-    scenario, controller = find_scenario("es1", {**BUSY, **LIARS}), find_controller(AMONG_LIARS)
-    numbers = np.zeros(1 + 15 + 1, np.float32)
-    found = record_exchanges(scenario, controller, numbers, SEEDS, "kinematic")
-    assert found.observed.shape == (len(found), len(LAYOUT) + len(REMEMBERED))
-    remembered = dict(zip(REMEMBERED, found.observed[:, -len(REMEMBERED) :].T, strict=True))
-    np.testing.assert_array_equal(remembered["own_known"], found.known)
-    assert 0 < found.known.sum() < len(found)
-    assert all(column.any() for column in remembered.values())
-    observed = LAYOUT.records(found.observed[:, : len(LAYOUT)])["exchange"]
-    assert observed.heard_known[np.arange(len(found)), found.area.argmax(axis=1)].all()
 
 
 def test_the_network_trained_among_liars_is_the_one_that_runs(imitating, monkeypatch):
@@ -201,39 +192,3 @@ def test_a_training_stopped_anywhere_and_started_again_ends_the_same(
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(every=2)
     broken_anywhere(train, mine, (DAggerTraining, "_save"), range(1, 5))
-
-
-def test_a_fit_has_one_thread_whatever_the_workers(imitating, monkeypatch):
-    asked = []
-    monkeypatch.setattr(torch, "set_num_threads", asked.append)
-    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 0)
-    learning = DAggerTraining(imitating(workers=2))
-    assert learning._fit({}) == {}
-    assert asked == [1]
-
-
-class Slope:
-    """Exchanges whose error is the weight itself."""
-
-    def gain(self, name):
-        return 1.0
-
-    def draw(self, draws):
-        return self
-
-    def error(self, actor):
-        return actor.weight.sum()
-
-    def share(self, actor, gain):
-        return gain
-
-
-@pytest.mark.parametrize(("done", "moved"), [(0, 5.0), (5, 2.5), (9, 0.5)])
-def test_the_rate_of_a_fit_falls_to_zero_with_the_rounds(done, moved):
-    training = DAggerTraining.__new__(DAggerTraining)
-    training._experiment, training._rounds = SimpleNamespace(seed=3, budget=10), done
-    training._actor = torch.nn.Linear(1, 1, bias=False)
-    torch.nn.init.constant_(training._actor.weight, 7.0)
-    training._fit({"a": Slope()})
-    # Adam moves by its rate at each of 500 steps of a constant slope: 500 x 0.01 of what is left.
-    assert training._actor.weight.item() == pytest.approx(7.0 - moved, rel=1e-3)

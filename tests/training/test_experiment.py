@@ -6,7 +6,6 @@ import shlex
 import pytest
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from training import experiment as experiments
 from training.experiment import HELD_BACK_SEEDS, LAST_SEED, TEST_SEEDS, WORLDS_PER_EXPERIMENT
 
 
@@ -88,21 +87,6 @@ def test_what_lies_on_a_bound_can_be_trained(experiment, changes):
     experiment(**changes).check()
 
 
-@pytest.mark.parametrize(("algorithm", "asked"), [("cma", []), ("ppo", ["cuda"])])
-def test_only_a_learner_that_stays_on_the_gpu_asks_torch_for_one(
-    experiment, monkeypatch, algorithm, asked
-):
-    found, tried = [], []
-    monkeypatch.setattr(experiments, "checked_device", found.append)
-    monkeypatch.setattr(experiments, "usable_gpu", lambda: tried.append("gpu"))
-    monkeypatch.setattr("training.tensor_vec_env.torch_device", tried.append)
-    experiment(algorithm=algorithm, population=None, device="cuda").check()
-    assert (found, tried) == (["cuda"], ["gpu", *asked])
-    tried.clear()
-    experiment(algorithm=algorithm, population=None).check()
-    assert tried == []
-
-
 def test_all_that_a_result_depends_on_is_told_apart(experiment):
     mine = experiment()
     two, turned = experiment(scenarios=("es1", "real")), experiment(scenarios=("real", "es1"))
@@ -113,10 +97,16 @@ def test_all_that_a_result_depends_on_is_told_apart(experiment):
     assert experiment(**IMITATION, budget=9).identity != fit.identity
 
 
-def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
+@pytest.mark.parametrize(
+    "changes",
+    [{"scenarios": ("es1", "real:radio.frames=5"), "seed": 7, **IMITATION},
+     {"layer": "motion", "seed": 2, "budget": 7, "every": 3, "worlds": 5, "held_back": 6,
+      "population": 9, "workers": 4, "controller": "dsgiff", "physics": "rigid"}],
+)  # fmt: skip
+def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch, changes):
     from training import train_command
 
-    mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7, **IMITATION)
+    mine = experiment(**changes)
     met = []
     monkeypatch.setattr(train_command, "_run", lambda experiment, _: met.append(experiment))
     monkeypatch.setattr(train_command, "_report", lambda *_: None)

@@ -1,7 +1,5 @@
 """Graphs of who heard whom: what the records say, of any robots in any order."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import torch
@@ -73,25 +71,6 @@ def test_edges_are_who_was_heard_and_nodes_what_is_observed_without_them(normali
         actions = rng.uniform(-1.0, 1.0, (3, 6, 15)).astype(np.float32)
         seen, plain = env.step(actions)[0], bare.step(actions)[0]
     assert len(set(n_edges)) > 5
-
-
-def test_a_permutation_of_robots_permutes_nodes_and_edges_alike():
-    env = env_of(normalise=False, observation=Edges)
-    env.reset(1)
-    env.step(np.ones((2, 6, 15), np.float32))
-    order = np.array([3, 0, 5, 1, 4, 2])
-    permuted = env.world.robots[:, order].copy()
-    permuted["heard"]["sender"] = np.argsort(order)[permuted["heard"]["sender"]]
-    found = []
-    for robots in (env.world.robots, permuted):
-        out = np.empty((2, 6, len(env.observation_layout)), np.float32)
-        Edges().write(SimpleNamespace(robots=robots), out)
-        found.append(Graphs(env)(out))
-    plain, other = found
-    nodes = torch.from_numpy(np.concatenate((order, 6 + order)))
-    assert plain.edge_index.shape[1] > 6
-    other.edge_index.copy_(nodes[other.edge_index])
-    assert edges_of(other) == edges_of(plain)
 
 
 def test_what_has_no_graph_is_refused():

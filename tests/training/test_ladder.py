@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,16 @@ from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training import transitions
-from training.ladder import benchmark, cleanrl_trainer, figures, offline_trainer, own_trainer
-from training.ladder.cards import score_references
+from training.ladder import (
+    benchmark,
+    cleanrl_trainer,
+    figures,
+    trainers,
+)
 from training.ladder.play import POINTS, Watch, play, random_actions
 from training.ladder.rungs import (
     RANDOM,
+    Algorithm,
     Score,
     find_algorithms,
     find_named,
@@ -32,6 +38,7 @@ from training.ladder.runs import (
     marl_eval,
     over_all,
     read_kept,
+    read_run,
     read_runs,
     rows_of,
     strata_of,
@@ -57,20 +64,20 @@ def rung(tmp_path):
 
 
 @pytest.fixture
-def ran(rung):
-    """A function that makes up a run."""
-    rung = replace(rung, card=rung.card.model_copy(update={"scores": SCORES}))
+def scored(rung):
+    """The same with scores on its card."""
+    return replace(rung, card=rung.card.model_copy(update={"scores": SCORES}))
 
-    def make(algorithm="sb3_ppo", seed=0, scores=(7.0, 7.0), rung=rung):
-        job = Job(rung, read_algorithms()[algorithm], seed)
-        curve = [
-            {"robot_steps": 500, "wall_s": 30.0 + seed, "scores": [1.0 + seed, 2.0]},
-            {"robot_steps": 1000, "wall_s": 60.0, "scores": list(scores)},
-        ]
-        results = curve, scores, scores, {"numpy": "2"}
-        return Run("tiny", algorithm, seed, job.key, job.config, 1000, 60.0, *results)
 
-    return rung, make
+def run_of(rung, algorithm="sb3_ppo", seed=0, scores=(7.0, 7.0), steps=1000):
+    """A run that is made up."""
+    job = Job(rung, read_algorithms()[algorithm], seed)
+    curve = [
+        {"robot_steps": 500, "wall_s": 30.0 + seed, "scores": [1.0 + seed, 2.0]},
+        {"robot_steps": 1000, "wall_s": 60.0, "scores": list(scores)},
+    ]
+    results = curve, scores, scores, {"numpy": "2"}
+    return Run(rung.name, algorithm, seed, job.key, job.config, steps, 60.0, *results)
 
 
 def test_the_rungs_stand_in_order_and_every_card_is_filled_in():
@@ -98,9 +105,12 @@ def test_a_transfer_rung_is_scored_on_more_robots_than_it_is_trained_with():
         assert rung.test_scenario.task.n_robots == robots
 
 
-def test_a_score_is_normalised_between_random_actions_and_the_oracle(ran):
-    scored, _ = ran
+def test_a_score_is_normalised_between_random_actions_and_the_oracle(scored):
     assert [scored.normalised(x) for x in (2.0, 7.0, 12.0, 22.0)] == [0.0, 0.5, 1.0, 2.0]
+    for alone in (RANDOM, "no-error"):
+        card = scored.card.model_copy(update={"scores": {alone: Score(mean=1.0)}})
+        with pytest.raises(ConfigError, match="rung 'tiny': no scores; run swarm-forage benchmark"):
+            replace(scored, card=card).normalised(1.0)
 
 
 def test_scores_are_written_below_what_is_written_by_hand(rung):
@@ -113,7 +123,7 @@ def test_scores_are_written_below_what_is_written_by_hand(rung):
 
 
 def test_references_are_scored_in_the_test_worlds(rung, tmp_path):
-    scores = score_references(rung, tmp_path / "episodes", JoblibBackend())
+    scores = benchmark.score_references(rung, tmp_path / "episodes", JoblibBackend())
     assert list(scores) == [RANDOM, "nc", "no-error"]
     assert {each.episodes for each in scores.values()} == {2}
     assert read_rungs(tmp_path)["tiny"].card.scores.keys() == scores.keys()
@@ -153,38 +163,35 @@ def test_a_score_is_what_an_evaluation_counts(name, easier):
 
 
 def test_unknown_names_are_told():
-    with pytest.raises(UnknownNameError, match="no rung named 'nea', did you mean 'near'"):
-        find_named("rung", ["nea"], read_rungs())
     with pytest.raises(UnknownNameError, match="no algorithm named 'mapo'"):
         find_algorithms(["mapo"])
     named = find_named("rung", ["es1", "near"], read_rungs())
     assert [each.name for each in named] == ["near", "es1"]
 
 
-def test_a_run_is_found_again_unless_its_configuration_has_changed(ran, tmp_path):
-    rung, make = ran
-    job = Job(rung, read_algorithms()["sb3_ppo"], 0)
+def test_a_run_is_found_again_unless_its_configuration_has_changed(scored, tmp_path):
+    job = Job(scored, read_algorithms()["sb3_ppo"], 0)
     assert find(job, tmp_path) is None
-    keep(make(), job.file(tmp_path))
+    keep(run_of(scored), job.file(tmp_path))
     assert find(job, tmp_path).score == 7.0
     assert find(replace(job, budget=999), tmp_path) is None
-    other = replace(rung, keywords={**rung.keywords, "discount": 0.5})
+    other = replace(scored, keywords={**scored.keywords, "discount": 0.5})
     assert find(replace(job, rung=other), tmp_path) is None
     assert read_runs(tmp_path, [other], find_algorithms(None)) == []
 
 
-def test_kept_runs_are_read_as_written_and_give_way_to_those_of_a_folder(ran, tmp_path):
-    rung, make = ran
+def test_kept_runs_are_read_as_written_and_give_way_to_those_of_a_folder(scored, tmp_path):
     kept, out, algorithms = tmp_path / "kept.parquet", tmp_path / "out", find_algorithms(None)
     assert read_kept(kept) == []
-    runs = [replace(make(seed=k), scores=[7.0], scores_by_chance=[k]) for k in range(3)]
+    made = [run_of(scored, seed=k) for k in range(3)]
+    runs = [replace(each, scores=[7.0], scores_by_chance=[each.seed]) for each in made]
     write_kept(runs, kept)
     assert read_kept(kept) == runs
-    job = Job(rung, read_algorithms()["sb3_ppo"], 1)
+    job = Job(scored, read_algorithms()["sb3_ppo"], 1)
     assert find(job, out, runs) == runs[1]
     anew = replace(runs[1], scores=[9.0])
     keep(anew, job.file(out))
-    assert read_runs(out, [rung], algorithms, runs) == [runs[0], anew, runs[2]]
+    assert read_runs(out, [scored], algorithms, runs) == [runs[0], anew, runs[2]]
     assert find(job, out, runs) == anew
     kept.write_bytes(kept.read_bytes()[:-100])
     with pytest.raises(ConfigError, match=r"kept.parquet: holds no runs of the ladder"):
@@ -219,7 +226,7 @@ def test_a_memory_is_kept_from_decision_to_decision_of_one_episode(rung):
     small = own.model_copy(update={"worlds": 2, "settings": {"n_steps": 4, "n_minibatches": 1}})
     watch = Watch({**rung.test_keywords, "learn": "everything"}, 960, 1)
     tiny = replace(rung, keywords={**rung.keywords, "learn": "everything"})
-    own_trainer.train(tiny, small, 0, watch)
+    trainers.by_own_ppo(tiny, small, 0, watch)
     assert len(watch.curve) == POINTS
     seen = np.random.default_rng(0).random(
         (2, 3, len(ArrayEnv(**watch.keywords).observation_layout))
@@ -246,7 +253,7 @@ def test_offline_algorithms_learn_and_are_scored_in_the_action_space_of_the_tran
         played.append(keywords)
         return [1.0]
 
-    monkeypatch.setattr(offline_trainer, "read", read)
+    monkeypatch.setattr(trainers, "read", read)
     monkeypatch.setattr(benchmark, "play", play)
     rwr = read_algorithms()["rwr"]
     dataset = {"policies": ["random", "ssgikf"], "episodes": 2, "learners": 1}
@@ -306,11 +313,21 @@ def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):
     assert len(set(scores)) > 1
 
 
-def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, tmp_path):
+def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, monkeypatch):
+    made = []
+
+    class Noted(trainers.PPO):
+        def __init__(self, policy, env, gamma, seed, **settings):
+            made.append((env.env.n_worlds, env.np_random[0].bit_generator.state, gamma, seed))
+            super().__init__(policy, env, gamma=gamma, seed=seed, **settings)
+
+    monkeypatch.setitem(trainers.MODELS, "", Noted)
     algorithm = read_algorithms()["sb3_ppo"]
     settings = {"n_steps": 8, "batch_size": 80}
     small = algorithm.model_copy(update={"worlds": 2, "settings": settings})
-    run = benchmark.make(Job(weighting, small, 0, 16_000))
+    run = benchmark.make(Job(weighting, small, 5, 16_000))
+    of_seed = np.random.default_rng(5).bit_generator.state
+    assert made == [(2, of_seed, weighting.keywords["discount"], 5)]
     steps = [point["robot_steps"] for point in run.curve]
     assert steps == sorted(steps)
     assert all(each % 10 == 0 for each in steps)
@@ -319,9 +336,9 @@ def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, tmp_path):
     assert steps[0] > 8 * 2 * 10  # a decision is no tick
 
 
-def test_the_file_of_marl_eval_is_a_tree_by_rung_algorithm_and_seed(ran):
-    _, make = ran
-    tree = marl_eval([make(), make(seed=1), make("mappo")])["swarm_forage"]["tiny"]
+def test_the_file_of_marl_eval_is_a_tree_by_rung_algorithm_and_seed(scored):
+    runs = [run_of(scored), run_of(scored, seed=1), run_of(scored, "mappo")]
+    tree = marl_eval(runs)["swarm_forage"]["tiny"]
     assert set(tree) == {"sb3_ppo", "mappo"}
     assert set(tree["sb3_ppo"]) == {"seed_0", "seed_1"}
     first = tree["sb3_ppo"]["seed_1"]
@@ -330,23 +347,173 @@ def test_the_file_of_marl_eval_is_a_tree_by_rung_algorithm_and_seed(ran):
     json.dumps(tree)
 
 
-def test_algorithms_are_compared_by_interquartile_means(ran):
-    rung, make = ran
-    seeds = [make(seed=k, scores=(x, x)) for k, x in enumerate((2.0, 7.0, 7.0, 7.0, 100.0))]
-    best, second = rows_of(rung, [*seeds, make("mappo", scores=(12.0,))])
+def test_algorithms_are_compared_by_interquartile_means(scored):
+    means = enumerate((2.0, 7.0, 7.0, 7.0, 100.0))
+    seeds = [run_of(scored, seed=k, scores=(x, x)) for k, x in means]
+    best, second = rows_of(scored, [*seeds, run_of(scored, "mappo", scores=(12.0,))])
     assert (best.algorithm, best.normalised, best.score.interval) == ("mappo", 1.0, None)
     assert (second.score.value, second.normalised, second.seeds) == (7.0, 0.5, 5)
-    assert strata_of([rung], seeds) == [[0.0, 0.5, 0.5, 0.5, 9.8]]
-    estimate, n_rungs = over_all([rung], seeds)["sb3_ppo"]
+    assert strata_of([scored], seeds) == [[0.0, 0.5, 0.5, 0.5, 9.8]]
+    estimate, n_rungs = over_all([scored], seeds)["sb3_ppo"]
     assert (estimate.value, n_rungs) == (0.5, 1)
 
 
-def test_lines_of_controllers_have_no_colour_of_an_algorithm(ran):
-    rung, make = ran
-    figure = figures.curves(rung, [make(seed=0), make("qmix")], "command")
+def test_algorithms_are_told_the_best_first_and_those_of_most_rungs_before(scored):
+    low, middle, high = (3.0,), (5.0,), (9.0,)
+    runs = [run_of(scored, scores=low), run_of(scored, "mappo", scores=high)]
+    found = rows_of(scored, [*runs, run_of(scored, "qmix", scores=middle)])
+    assert [row.algorithm for row in found] == ["mappo", "qmix", "sb3_ppo"]
+    long = [run_of(scored, seed=k, steps=steps) for k, steps in enumerate((480, 960, 720))]
+    assert rows_of(scored, long)[0].robot_steps == 960
+    other = replace(scored, name="other")
+    both = [*runs, run_of(other, scores=low), run_of(scored, "qmix", scores=(12.0,))]
+    assert list(over_all([scored, other], both)) == ["sb3_ppo", "qmix", "mappo"]
+
+
+def test_lines_of_controllers_have_no_colour_of_an_algorithm(scored):
+    figure = figures.curves(scored, [run_of(scored), run_of(scored, "qmix")], "command")
     learned, known = (
         {line.get_color() for line in figure.axes[0].lines if line.get_label()[:1] in start}
         for start in ("PQ", "_")
     )
     assert len(learned) == 2
     assert not learned & known
+
+
+def test_a_policy_acts_for_every_robot_of_every_world_with_the_states_that_it_gave():
+    asked = []
+
+    def predict(rows, states, starts, deterministic):
+        asked.append((rows.shape, states, starts.tolist(), deterministic))
+        return rows[:, :2] * 2.0, len(asked)
+
+    act = trainers._acting(SimpleNamespace(predict=predict))
+    seen = np.arange(24.0).reshape(2, 3, 4)
+    begins = [True, True], [False, True], [True, True]
+    for each, by_chance in zip(begins, (False, True, False), strict=True):
+        given = act(seen, np.array(each), by_chance)
+        assert given.tolist() == (2.0 * seen[..., :2]).tolist()
+    assert asked == [
+        ((6, 4), None, [True] * 6, True),
+        ((6, 4), 1, [False] * 3 + [True] * 3, False),
+        ((6, 4), None, [True] * 6, True),
+    ]
+
+
+def test_a_policy_is_told_where_an_episode_starts(rung):
+    told, random = [], random_actions(rung.test_keywords)
+
+    def act(observations, begins, by_chance):
+        told.append(begins.tolist())
+        return random(observations, begins, by_chance)
+
+    play(rung.test_keywords, act, [1, 2])
+    assert told == [[True, True], *[[False, False]] * 19]
+
+
+def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(monkeypatch, rung):
+    played = []
+
+    def train(rung, algorithm, seed, watch):
+        watch.best = ("best", seed)
+        watch.curve += [{"wall_s": 3.0}, {"wall_s": 5.0}, {"wall_s": 9.0}]
+        played.append((watch.keywords, watch.robot_steps, watch.episodes))
+
+    monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: train)
+
+    def play(*given, by_chance=False):
+        played.append((*given, by_chance))
+        return [len(given[2]) - 0.5 * by_chance]
+
+    monkeypatch.setattr(benchmark, "play", play)
+    job = Job(rung, read_algorithms()["sb3_ppo"], 4, 600)
+    found = benchmark.make(job)
+    told = {name: value for name, value in TINY.items() if name != "physics"}
+    tested = [(told, ("best", 4), [1000, 1001], by_chance) for by_chance in (False, True)]
+    assert played == [(told, 600, 4), *tested]
+    assert (found.train_s, found.seed, found.robot_steps) == (9.0, 4, 600)
+    assert (found.scores, found.scores_by_chance) == ([2.0], [1.5])
+    assert (found.rung, found.algorithm, found.key) == ("tiny", "sb3_ppo", job.key)
+
+
+def test_runs_that_are_made_are_kept_and_told_one_by_one(monkeypatch, scored, tmp_path):
+    said, seconds, asked = [], iter((100.0, 103.0, 106.0, 107.0)), []
+    monkeypatch.setattr(benchmark, "say", said.append)
+    monkeypatch.setattr(benchmark, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
+    monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: asked.append(algorithm.name))
+    jobs = benchmark.jobs_of([scored], [read_algorithms()["sb3_ppo"]], 3, 2_500_000)
+    made = [replace(run_of(scored, seed=job.seed, steps=2_500_000), key=job.key) for job in jobs]
+    keep(made[0], jobs[0].file(tmp_path))
+    backend = SimpleNamespace(run=lambda make, todo: (made[job.seed] for job in todo))
+    benchmark.run_jobs(jobs, tmp_path, backend)
+    assert said == [
+        f"1 of 3 runs found in {tmp_path}, 2 to make",
+        "tiny, sb3_ppo, seed 1: 7.0 after 2.5 M robot-steps in 60 s; about 3 s left",
+        "tiny, sb3_ppo, seed 2: 7.0 after 2.5 M robot-steps in 60 s; about 0 s left",
+        "done in 7 s",
+    ]
+    assert asked == ["sb3_ppo"], "what is missing is told before anything trains"
+    kept = tmp_path / "tiny" / "sb3_ppo" / "seed2.json"
+    assert read_run(kept).robot_steps == 2_500_000
+    text = kept.read_text("utf-8")
+    assert text == json.dumps(json.loads(text), indent=1) + "\n"
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[]", '{"rung": 1', '{"odd": 2}'])
+def test_a_file_that_is_no_run_is_refused(tmp_path, text):
+    assert read_run(tmp_path / "none.json") is None
+    (tmp_path / "x.json").write_text(text)
+    with pytest.raises(ConfigError, match=r"x.json: is no run of the ladder; move it away"):
+        read_run(tmp_path / "x.json")
+
+
+def test_a_key_does_not_depend_on_the_order_of_keywords_nor_on_title_and_share(rung):
+    algorithm = read_algorithms()["sb3_ppo"]
+    job = Job(rung, algorithm, 0)
+    turned = replace(rung, keywords=dict(reversed(TINY.items())))
+    assert replace(job, rung=turned).key == job.key
+    named = algorithm.model_copy(update={"title": "Another", "share": 0.5})
+    assert replace(job, algorithm=named).key == job.key
+    # What an algorithm does not say is not in its key: a new setting leaves kept runs as they are.
+    assert Job(rung, Algorithm(name="one"), 0).config["algorithm"] == {"name": "one"}
+
+
+def test_references_are_scored_by_their_own_episodes(monkeypatch, rung, tmp_path):
+    two_of_each = [[0.0, 2.0], [4.0, 4.0]]
+    monkeypatch.setattr(benchmark.Plan, "by_configuration", lambda plan: two_of_each)
+    monkeypatch.setattr(benchmark, "scores", list)
+    monkeypatch.setattr(benchmark, "run_with_progress", lambda *given: None)
+    monkeypatch.setattr(benchmark, "play", lambda *given: [5.0, 6.0])
+    monkeypatch.setattr(benchmark, "write_scores", lambda rung, scores: None)
+    found = benchmark.score_references(rung, tmp_path, None)
+    assert {name: (score.mean, score.episodes) for name, score in found.items()} == {
+        RANDOM: (5.5, 2), "nc": (1.0, 2), "no-error": (4.0, 2),
+    }  # fmt: skip
+    assert found["nc"].low < 1.0 < found["nc"].high
+    assert (found["no-error"].low, found["no-error"].high) == (None, None)
+
+
+def test_random_actions_are_those_of_a_seed(rung):
+    space = ArrayEnv(**rung.test_keywords).action_space
+    seen = np.zeros((2, 3, 5))
+    for options, seed in (({}, 0), ({"seed": 4}, 4)):
+        expected = np.random.default_rng(seed).uniform(space.low, space.high, (2, 3, 2))
+        found = random_actions(rung.test_keywords, **options)(
+            seen, np.ones(len(seen), np.bool_), True
+        )
+        np.testing.assert_array_equal(found, expected.astype(np.float32))
+
+
+def test_algorithms_are_files_of_a_folder_by_name(tmp_path):
+    for name, title in (("b", "Second"), ("a", "First")):
+        (tmp_path / f"{name}.yaml").write_text(f"title: {title}\nworlds: 3\n")
+    (tmp_path / "notes.txt").write_text("no algorithm")
+    found = read_algorithms(tmp_path)
+    assert {name: (each.name, each.title) for name, each in found.items()} == {
+        "a": ("a", "First"), "b": ("b", "Second"),
+    }  # fmt: skip
+    assert list(found) == ["a", "b"]
+    (tmp_path / "c.yaml").write_text("heading: Third\n")
+    read_algorithms.cache_clear()
+    with pytest.raises(ConfigError, match=r"c\.yaml.*heading"):
+        read_algorithms(tmp_path)

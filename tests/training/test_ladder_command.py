@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from baselines.evaluation import figure_page
 from swarm_forage_env.errors import ConfigError
 from training.experiment import HELD_BACK_SEEDS
-from training.ladder import benchmark, cards, commands, figures, play, runs
+from training.ladder import benchmark, commands, figures, play, runs
 from training.ladder.play import POINTS, Watch, robot_steps_of_a_decision
 from training.ladder.rungs import DEFAULTS, Score, read_algorithms, read_rungs
 from training.ladder.runs import Run
@@ -30,25 +30,16 @@ def make_app():
 
 
 @pytest.fixture
-def call(monkeypatch):
-    """Run a command of the ladder; its output, and what it would have done."""
-    done = SimpleNamespace(jobs=[], backends=[])
+def call(monkeypatch, tmp_path):
+    """Run a command of the ladder, of which nothing is done: its result, and what it would do."""
+    done = SimpleNamespace(jobs=[], workers=[])
+    monkeypatch.setattr(commands, "find_backend", lambda *given, **_: done.workers.append(given[1]))
+    monkeypatch.setattr(benchmark, "run_jobs", lambda jobs, *_: done.jobs.append(jobs))
+    monkeypatch.setattr(benchmark, "score_references", lambda rung, out, backend: {})
+    monkeypatch.chdir(tmp_path)
 
-    def found(*given, **named):
-        done.backends.append((given, named))
-        return "a backend"
-
-    monkeypatch.setattr(commands, "find_backend", found)
-    monkeypatch.setattr(
-        benchmark,
-        "run_jobs",
-        lambda jobs, out, backend, kept: done.jobs.append((jobs, out, backend)),
-    )
-
-    def run(*arguments):
-        result = CliRunner().invoke(make_app(), ["benchmark", *map(str, arguments)])
-        assert result.exception is None, result.output
-        return result.output, done
+    def run(*words):
+        return CliRunner().invoke(make_app(), ["benchmark", *map(str, words)]), done
 
     return run
 
@@ -72,35 +63,30 @@ def kept(monkeypatch):
 
 
 def test_a_ladder_makes_five_trainings_of_all_algorithms_on_all_rungs(call, kept, tmp_path):
-    output, done = call("ladder", f"--out={tmp_path}")
-    ((jobs, out, backend),) = done.jobs
-    rungs, algorithms = read_rungs(), read_algorithms().values()
+    result, done = call("ladder", f"--out={tmp_path}")
+    (jobs,), rungs, algorithms = done.jobs, read_rungs(), read_algorithms().values()
     assert len(jobs) == 5 * sum(len(each.rungs) or len(rungs) for each in algorithms)
     assert {job.seed for job in jobs} == {0, 1, 2, 3, 4}
     assert {job.budget for job in jobs} == {None}
-    assert (out, backend) == (tmp_path, "a backend")
-    assert done.backends[0][0][1] == 2
-    lines = output.splitlines()[-2:]
+    assert done.workers == [2]
+    lines = result.output.splitlines()[-2:]
     for line, each in zip(lines, kept, strict=True):
         normalised = read_rungs()[each.rung].normalised(each.score)
         assert line == f"{each.rung} sb3_ppo {each.seed}: {each.score:.1f}, {normalised:.2f}"
-    tree = json.loads((tmp_path / "marl_eval.json").read_text("utf-8"))["swarm_forage"]
-    assert list(tree) == [each.rung for each in kept]
 
 
 def test_a_ladder_of_one_rung_tells_of_that_and_keeps_a_file_of_all(call, kept, tmp_path):
-    output, done = call(
+    result, done = call(
         "ladder", f"--rung={kept[0].rung}", "--algorithm=sb3_ppo", "--seeds=1", "--budget=500",
         "--workers=3", f"--out={tmp_path}",
     )  # fmt: skip
-    ((jobs, _, _),) = done.jobs
-    assert [(job.rung.name, job.algorithm.name, job.seed, job.robot_steps) for job in jobs] == [
-        (kept[0].rung, "sb3_ppo", 0, 500)
-    ]
-    assert done.backends[0][0][1] == 3
-    assert kept[1].rung not in output
+    ((job,),) = done.jobs
+    told = job.rung.name, job.algorithm.name, job.seed, job.robot_steps
+    assert told == (kept[0].rung, "sb3_ppo", 0, 500)
+    assert done.workers == [3]
+    assert kept[1].rung not in result.output
     tree = json.loads((tmp_path / "marl_eval.json").read_text("utf-8"))["swarm_forage"]
-    assert len(tree) == 2
+    assert list(tree) == [each.rung for each in kept]
 
 
 def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch, tmp_path):
@@ -110,13 +96,12 @@ def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch,
     ]
     monkeypatch.setattr(runs, "read_runs", lambda *given: found)
     monkeypatch.setattr(benchmark, "installed", list)
-    output, done = call("defaults", "--seeds=2", f"--out={tmp_path}")
-    ((jobs, out, _),) = done.jobs
+    result, done = call("defaults", "--seeds=2", f"--out={tmp_path}")
+    (jobs,) = done.jobs
     assert {(job.rung.name, job.seed) for job in jobs} == {("es1", 0), ("es1", 1)}
     assert {job.algorithm.name for job in jobs} == set(DEFAULTS)
-    assert out == tmp_path
-    lines = [line for line in output.splitlines() if "230.0" in line or "120.0" in line]
-    assert len(lines) == 2, output
+    lines = [line for line in result.output.splitlines() if "230.0" in line or "120.0" in line]
+    assert len(lines) == 2, result.output
 
 
 def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
@@ -147,14 +132,13 @@ def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):
         scored.append(rung.name)
         return {"nc": Score(mean=4.04)}
 
-    monkeypatch.setattr(cards, "score_references", score)
-    output, done = call("cards", "--workers=4")
+    monkeypatch.setattr(benchmark, "score_references", score)
+    result, done = call("cards", "--workers=4")
     assert scored == list(read_rungs())
-    assert output.splitlines() == [f"{name} nc: 4.0" for name in read_rungs()]
-    assert done.backends[0][0][1] == 4
+    assert result.output.splitlines() == [f"{name} nc: 4.0" for name in read_rungs()]
     scored.clear()
-    assert call("cards", "--missing")[0] == ""
-    assert done.backends[1][0][1] == 2  # where nobody says how many
+    assert call("cards", "--missing")[0].output == ""
+    assert done.workers == [4, 2]  # where nobody says how many
     assert scored == [name for name, rung in read_rungs().items() if not rung.card.scores]
 
 
@@ -186,16 +170,6 @@ def test_a_decision_of_four_robots_lasts_their_ticks():
     assert robot_steps_of_a_decision({**TINY, "decision_period": 1, "discrete": True}) == 4.0
 
 
-@pytest.fixture
-def call_idly(monkeypatch, tmp_path):
-    """Run a command of the ladder, of which nothing is done: its result."""
-    monkeypatch.setattr(commands, "find_backend", lambda *given, **named: None)
-    monkeypatch.setattr(benchmark, "run_jobs", lambda *given: None)
-    monkeypatch.setattr(cards, "score_references", lambda rung, out, backend: {})
-    monkeypatch.chdir(tmp_path)
-    return lambda *words: CliRunner().invoke(make_app(), ["benchmark", *words])
-
-
 @pytest.mark.parametrize(
     ("words", "status"),
     [
@@ -205,30 +179,17 @@ def call_idly(monkeypatch, tmp_path):
         (("ladder", "--seeds=-1"), 2), (("ladder", "--seeds=0"), 0), ((), 2),
     ],
 )  # fmt: skip
-def test_numbers_of_commands_have_bounds(call_idly, words, status):
-    result = call_idly(*words)
+def test_numbers_of_commands_have_bounds(call, words, status):
+    result, _ = call(*words)
     assert result.exit_code == status, result.output
     assert ("Usage" in result.output) == (status == 2)
 
 
-def test_without_a_command_all_of_them_are_listed(call_idly):
-    shown = call_idly().output
-    assert "Missing command" not in shown
-    assert all(name in shown for name in ("list", "cards", "ladder", "The ladder: tasks of rising"))
-
-
-def test_a_rung_without_scores_is_told_of_before_anything_trains(call_idly, monkeypatch):
+def test_a_rung_without_scores_is_told_of_before_anything_trains(call, monkeypatch):
     name, known = next(iter(read_rungs().items()))
     bare = replace(known, card=known.card.model_copy(update={"scores": {}}))
     monkeypatch.setattr("training.ladder.rungs.read_rungs", lambda: {name: bare})
-    made = []
-    monkeypatch.setattr(benchmark, "run_jobs", lambda *given: made.append(given))
-    assert isinstance(call_idly("ladder", "--seeds=1").exception, ConfigError)
-    assert made == []
-    assert call_idly("ladder", "--seeds=0").exit_code == 0
-    assert len(made) == 1
-
-
-def test_the_list_in_json_is_one_that_people_can_read(call_idly):
-    text = call_idly("list", "--format=json").output
-    assert text == json.dumps(json.loads(text), indent=1) + "\n"
+    result, done = call("ladder", "--seeds=1")
+    assert isinstance(result.exception, ConfigError)
+    assert done.jobs == []
+    assert call("ladder", "--seeds=0")[0].exit_code == 0

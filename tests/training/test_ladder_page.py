@@ -1,16 +1,14 @@
 """The ladder's figures, page and list, number by number, on runs worked by hand."""
 
-import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from swarm_forage_env.errors import ConfigError
-from training.ladder import cards, commands, figures, page
+from training.ladder import commands, figures, page
 from training.ladder.figures import TAUS
-from training.ladder.rungs import RANDOM, Algorithm, Card, Rung, Score, read_algorithms
+from training.ladder.rungs import RANDOM, Card, Rung, Score, read_algorithms
 from training.ladder.runs import Job, Run
 
 CARD = Card(
@@ -163,29 +161,6 @@ def test_the_page_tells_each_rung_all_together_and_how_it_was_made(rung):
         assert f"\n{line}\n" in f"{text}\n", line
 
 
-def test_the_list_shows_each_rung_and_then_the_algorithms(rung):
-    console = Console(file=io.StringIO(), width=100)
-    line = f"{'x' * 38} {'y' * 39}"  # as long as a line may be: 78 characters
-    hard = CARD.model_copy(update={"hard": f"{line} {'word ' * 30}", "scores": {}})
-    algorithms = [Algorithm(name="one", title="First", trainer="sb3"),
-                  Algorithm(name="another", title="Second", trainer="sb3")]  # fmt: skip
-    console.print(cards.tables([rung, replace(rung, card=hard)], algorithms))
-    assert [line.rstrip() for line in console.file.getvalue().splitlines()] == [
-        "3 tiny  Tiny",
-        "Nothing.",
-        "random 2.0, nc 4.0, ssgikf 6.0, no-error 12.0",
-        "",
-        "3 tiny  Tiny",
-        line,
-        *(" ".join(["word"] * n) for n in (15, 15)),
-        "no scores yet: swarm-forage benchmark cards",
-        "",
-        "algorithm          trained by",
-        "one        First   sb3",
-        "another    Second  sb3",
-    ]
-
-
 def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):
     algorithm = next(iter(read_algorithms().values())).model_copy(update={"share": 0.25})
     assert Job(rung, algorithm, 0).robot_steps == 250_000
@@ -199,16 +174,6 @@ def test_kept_runs_are_neither_lost_nor_replaced_by_shorter_ones(tmp_path):
     for now in (kept[:2], shorter):
         with pytest.raises(ConfigError, match=r"1 of its 3 runs .* of tiny, sb3_ppo, seed 2"):
             commands._check_loses_nothing(tmp_path, kept, now)
-
-
-def test_a_page_is_not_written_over_without_the_runs_that_it_tells_of(tmp_path):
-    file, kept = tmp_path / "page.md", tmp_path / "kept.parquet"
-    commands._check_page(file, kept)
-    file.write_text("")
-    with pytest.raises(ConfigError, match=r"--page=.* is there already, and --kept="):
-        commands._check_page(file, kept)
-    kept.write_text("")
-    commands._check_page(file, kept)
 
 
 def test_defaults_are_told_seed_by_seed_and_how_many_beat_the_hand_written(rung):

@@ -5,28 +5,23 @@ import math
 import numpy as np
 import pytest
 
-from baselines.controllers import SINGLE
-from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
 from training.learned_weighting import (
-    EXCHANGE_NETWORK,
-    REPUTATION_NETWORK,
     LearnedReputation,
     LearnedWeighting,
     flatten,
     gain,
     log_odds,
-    network_over,
     remembered_features,
     reputation_gain,
     scaled_features,
     unflatten,
 )
 from training.linear_motion_policy import NETWORK, SHAPES, LearnedMotion
-from training.policy_file import layer_card, load_policy, save_policy
+from training.policy_file import layer_card, save_policy
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
 
@@ -65,31 +60,6 @@ def test_flat_weights_lie_in_the_order_of_the_shapes():
 
 
 @pytest.mark.parametrize(
-    ("network", "rule", "policy"),
-    [
-        (EXCHANGE_NETWORK, LearnedWeighting, "weighting"),
-        (REPUTATION_NETWORK, LearnedReputation, "weighting-sceptical"),
-    ],
-)
-def test_a_rule_runs_the_network_of_its_policy(network, rule, policy):
-    layer = rule().layer(SCENARIO)
-    rule().check_usable()
-    assert rule().policy == policy
-    assert [file.stem for file in rule().reads] == [policy]
-    assert layer.gain is network.gain
-    assert layer.heard_p_share == 1.0
-    loaded = load_policy(policy)
-    np.testing.assert_array_equal(layer.all_numbers["network"], network.numbers_of(loaded))
-    assert len(network.features) == len(network.scales)
-    assert network.shapes({"hidden": 2})["direct.weight"] == (len(network.features) + 1,)
-
-
-def test_a_network_is_run_in_single_precision():
-    layer = EXCHANGE_NETWORK.layer(np.array([0.1, 0.2]))
-    assert layer.all_numbers["network"].tolist() == [np.float32(0.1), np.float32(0.2)]
-
-
-@pytest.mark.parametrize(
     ("wrong", "rule"),
     [("motion", LearnedWeighting), ("weighting", LearnedReputation),
      ("weighting-sceptical", LearnedWeighting), ("weighting", LearnedMotion)],
@@ -98,18 +68,6 @@ def test_a_policy_of_another_architecture_is_refused(wrong, rule):
     for refuses in (rule(policy=wrong).check_usable, rule(policy=wrong).layer):
         with pytest.raises(ConfigError):
             refuses(SCENARIO)
-
-
-@pytest.mark.parametrize(
-    ("estimator", "network"),
-    [
-        (ReputationOdometryParameters(weighs_unknown=True), REPUTATION_NETWORK),
-        (ReputationOdometryParameters(), EXCHANGE_NETWORK),
-        (SINGLE, EXCHANGE_NETWORK),
-    ],
-)
-def test_a_network_over_an_estimator_that_remembers_is_shown_what_it_remembers(estimator, network):
-    assert network_over(estimator) is network
 
 
 ES1 = find_scenario("es1")

@@ -60,6 +60,8 @@ def test_a_network_in_onnx_is_a_controller(discrete, file):
     env = parallel_env("es1", **SMALL, **keywords)
     path, weights = file(len(env.observation_layout), 5 if discrete else 2)
     save_policy_card(path, "es1", **SMALL, **keywords)
+    options = OnnxPolicy(file=str(path))._session().get_session_options()
+    assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
 
     def predict(observed):
         given = observed @ weights
@@ -71,24 +73,17 @@ def test_a_network_in_onnx_is_a_controller(discrete, file):
     assert not np.allclose(own, poses("ssgikf", 50), atol=1e-2)
 
 
-@pytest.mark.parametrize(
-    ("n_seen", "inputs", "says"),
-    [
-        (3, ["seen"], r"p.onnx: does not take observations of 4 robots and \d\d+ numbers \("),
-        (3, ["seen", "more"], "p.onnx: has inputs seen, more; must have one"),
-    ],
-)
-def test_a_network_that_does_not_fit_is_refused(n_seen, inputs, says, file):
-    path, _ = file(n_seen, 2, inputs)
-    with pytest.raises(ConfigError, match=says):
-        find_controller(f"onnx:{path}").check_usable(find_scenario("es1", SMALL))
+def test_a_network_that_does_not_fit_and_a_file_that_is_none_are_refused(file):
+    def refused(path, says):
+        with pytest.raises(ConfigError, match=says):
+            find_controller(f"onnx:{path}").check_usable(find_scenario("es1", SMALL))
 
-
-def test_a_file_that_is_no_onnx_is_refused(tmp_path):
-    pytest.importorskip("onnxruntime", reason="comes with the extra onnx")
-    (tmp_path / "p.onnx").write_text("no network")
-    with pytest.raises(ConfigError, match=r"p\.onnx: is no ONNX \("):
-        find_controller(f"onnx:{tmp_path / 'p.onnx'}").check_usable(find_scenario("es1"))
+    path, _ = file(3, 2)
+    refused(path, r"p.onnx: does not take observations of 4 robots and \d\d+ numbers \(")
+    file(3, 2, ["seen", "more"])
+    refused(path, "p.onnx: has inputs seen, more; must have one")
+    path.write_text("no network")
+    refused(path, r"p\.onnx: is no ONNX \(")
 
 
 def test_without_the_package_one_line_says_what_installs_it(tmp_path, monkeypatch):
@@ -98,44 +93,6 @@ def test_without_the_package_one_line_says_what_installs_it(tmp_path, monkeypatc
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'swarm-forage\[onnx\]'$") as told:
         controller.check_usable(find_scenario("es1"))
     assert told.value.name == "onnxruntime"
-
-
-def test_a_network_has_one_thread_and_says_nothing_of_its_own(file, monkeypatch):
-    path, _ = file(3, 2)
-    import onnxruntime
-
-    made, session = [], onnxruntime.InferenceSession
-
-    def start(path, options, providers):
-        made.append((options, providers))
-        return session(path, options, providers=providers)
-
-    monkeypatch.setattr(onnxruntime, "InferenceSession", start)
-    OnnxPolicy(file=str(path))._session()
-    ((options, providers),) = made
-    assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
-    assert options.log_severity_level == 4
-    assert providers == ["CPUExecutionProvider"]
-
-
-every_output = pytest.mark.parametrize(
-    ("space", "given", "told"),
-    [
-        (Discrete(3), [[0.0, 1.0, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
-        (Box(-1.0, 1.0, (2,)), [[0.0, 1.0], [3.0, 1.0]], [[0.0, 1.0], [3.0, 1.0]]),
-    ],
-)  # fmt: skip
-
-
-@every_output
-def test_choices_may_be_told_by_number_or_by_score(monkeypatch, space, given, told):
-    session = SimpleNamespace(
-        get_inputs=lambda: [SimpleNamespace(name="seen")],
-        run=lambda names, inputs: [np.array(given), "more"] if "seen" in inputs else [],
-    )
-    monkeypatch.setattr(OnnxPolicy, "_session", lambda self: session)
-    predict = OnnxPolicy(file="x.onnx").start(SimpleNamespace(action_space=space))
-    assert predict(np.zeros((2, 4), np.float32)).tolist() == told
 
 
 class Network(torch.nn.Module):
@@ -151,9 +108,15 @@ class Network(torch.nn.Module):
         return self.given
 
 
-@every_output
+@pytest.mark.parametrize(
+    ("space", "given", "told"),
+    [
+        (Discrete(3), [[0.0, 1.0, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
+        (Box(-1.0, 1.0, (2,)), [[0.0, 1.0], [3.0, 1.0]], [[0.0, 1.0], [3.0, 1.0]]),
+    ],
+)  # fmt: skip
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_a_network_in_torchscript_tells_choices_likewise(tmp_path, space, given, told):
+def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, space, given, told):
     torch.jit.script(Network(given)).save(str(tmp_path / "p.pt"))
     form = SimpleNamespace(action_space=space, layout=[0] * 4)
     predict = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form)

@@ -1,11 +1,8 @@
 """Policies come back from their files as they were, and what does not fit is refused."""
 
 import json
-import os
 import pickle
-import random
 import struct
-import sys
 
 import numpy as np
 import pytest
@@ -13,7 +10,6 @@ import pytest
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.scenarios import find_scenario
 from training import policy_file as policies
 from training.learned_weighting import EXCHANGE_NETWORK
 from training.policy_file import layer_card, load_policy, save_policy
@@ -46,9 +42,7 @@ def test_a_policy_comes_back_as_it_was_saved(policy_file):
     save_policy(again, first.weights, first.card)
     second = load_policy(again)
     assert second.card == first.card
-    assert second.weights.keys() == first.weights.keys()
-    for name, array in first.weights.items():
-        np.testing.assert_array_equal(second.weights[name], array)
+    np.testing.assert_equal(second.weights, first.weights)
     assert again.read_bytes() == policy_file.read_bytes()
     assert not list(policy_file.parent.glob("*.tmp"))
 
@@ -184,14 +178,6 @@ def test_a_policy_made_for_something_else_is_refused_with_what_differs(
     assert complaint in str(refusal.value)
 
 
-@pytest.mark.parametrize("name", ["learned-weighting", "learned-motion"])
-def test_a_controller_that_is_named_with_no_policy_is_refused(tmp_path, name):
-    with pytest.raises(UnknownNameError, match="no policy named 'nosuch'"):
-        find_controller(f"{name}:policy=nosuch")
-    with pytest.raises(ConfigError, match=r"policy .*gone.safetensors: cannot be read"):
-        find_controller(f"{name}:policy={tmp_path / 'gone.safetensors'}")
-
-
 def test_a_policy_for_another_layer_is_refused(policy_file):
     layers = {"motion": layer_card("motion", Scenario(), "any", {"hidden": 1})}
     card = load_policy(policy_file).card.model_copy(update={"layers": layers})
@@ -200,54 +186,6 @@ def test_a_policy_for_another_layer_is_refused(policy_file):
         EXCHANGE_NETWORK.numbers_of(load_policy(policy_file))
 
 
-def test_the_features_of_the_motion_follow_the_scenario(policy_file):
-    trained, mine = layer_card("motion", find_scenario("es1"), "any", {}), load_policy(policy_file)
-    layers = {**mine.card.layers, "motion": trained}
-    save_policy(policy_file, mine.weights, mine.card.model_copy(update={"layers": layers}))
-    policy = load_policy(policy_file)
-    assert policy.card.layer == "both"
-    policy.check_fits("motion", find_scenario("es2"))
-    fewer = find_scenario("es1", {"radio.slots": 2})
-    with pytest.raises(ConfigError, match=r"was situation.heard.2 .* is situation.beam.0.range"):
-        policy.check_fits("motion", fewer)
-
-
-def test_a_pipe_in_the_place_of_a_policy_or_of_its_card_is_refused(policy_file, tmp_path):
-    os.mkfifo(tmp_path / "pipe.safetensors")
-    with pytest.raises(ConfigError, match=r"pipe.safetensors: cannot be read \(it is no regular"):
-        load_policy(tmp_path / "pipe.safetensors")
-    card = policy_file.with_suffix(".json")
-    card.unlink()
-    os.mkfifo(card)
-    with pytest.raises(ConfigError, match=r"card .*: cannot be read \(it is no regular"):
-        load_policy(policy_file)
-
-
-def test_of_flipped_bits_of_a_policy_none_is_run_in_silence(policy_file):
-    sound = load_policy(policy_file)
-    for file in (policy_file, policy_file.with_suffix(".json")):
-        content = file.read_bytes()
-        for bit in random.Random(9).sample(range(8 * len(content)), 200):
-            changed = bytearray(content)
-            changed[bit // 8] ^= 1 << bit % 8
-            file.write_bytes(bytes(changed))
-            try:
-                found = load_policy(policy_file)
-            except ConfigError:
-                continue
-            for name, array in found.weights.items():
-                np.testing.assert_array_equal(array, sound.weights[name])
-            assert file.suffix == ".json", "weights are covered by the hash on the card"
-        file.write_bytes(content)
-
-
 def test_a_card_is_json_that_people_can_read(policy_file):
     text = policy_file.with_suffix(".json").read_text("utf-8")
     assert text == json.dumps(json.loads(text), indent=1) + "\n"
-
-
-def test_without_its_package_one_line_says_what_a_policy_needs(policy_file, monkeypatch):
-    monkeypatch.setitem(sys.modules, "safetensors.numpy", None)
-    monkeypatch.setitem(sys.modules, "safetensors", None)
-    with pytest.raises(ModuleNotFoundError, match=r"^policy .*mine.safetensors: needs 'safeten"):
-        load_policy(policy_file)

@@ -82,8 +82,7 @@ def test_a_finished_run_writes_its_best_again(motion):
     first = weights(experiment.out, BEST_POLICY)
     (experiment.out / BEST_POLICY).unlink()
     ppo.train(experiment, str)
-    for name, array in weights(experiment.out, BEST_POLICY).items():
-        assert_array_equal(first[name], array)
+    np.testing.assert_equal(weights(experiment.out, BEST_POLICY), first)
 
 
 def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
@@ -97,10 +96,7 @@ def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
         training.evaluate()
         training.advance(progress)  # lost, as nothing was kept after it
     ppo.train(stopped, str)
-    expected, found = weights(whole.out), weights(stopped.out)
-    assert expected.keys() == found.keys()
-    for name, array in expected.items():
-        assert_array_equal(found[name], array)
+    np.testing.assert_equal(weights(stopped.out), weights(whole.out))
 
 
 def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
@@ -119,8 +115,7 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
     assert [point.round_trips["es1"].mean for point in record.curve] == [5.5, 6.5, 9.0, 9.0]
     assert record.score["es1"].mean == 9.0
     best = weights(experiment.out, BEST_POLICY)
-    for name, array in best.items():
-        assert_array_equal(array, latest[2][name])
+    np.testing.assert_equal(best, latest[2])
     for other in (latest[1], latest[3]):
         assert any((best[name] != other[name]).any() for name in best)
 
@@ -150,8 +145,9 @@ def test_every_layer_is_trained_under_the_defaults_of_the_environment(motion, la
 
 
 @pytest.fixture
-def network(motion, layer):
-    """The file of a policy whose weights are of some size."""
+def network(request, motion):
+    """The file of a policy whose weights are of some size; of the motion unless told otherwise."""
+    layer = getattr(request, "param", "motion")
     experiment = motion(budget=1, every=1, scenarios=("es1",), layer=layer)
     training = ppo.PPOTraining(experiment)
     torch.manual_seed(1)
@@ -160,12 +156,6 @@ def network(motion, layer):
             each.copy_(torch.randn(each.shape) / each.shape[-1] ** 0.5)
     training.evaluate()
     return experiment.out / ppo.LATEST, training._learner.policy
-
-
-@pytest.fixture
-def layer():
-    """What is trained."""
-    return "motion"
 
 
 def test_what_runs_without_torch_is_what_was_trained(network):
@@ -183,7 +173,7 @@ def test_what_runs_without_torch_is_what_was_trained(network):
     np.testing.assert_allclose(chance(observed, draws), wanted + 2.0 * deviation, atol=1e-5)
 
 
-@pytest.mark.parametrize("layer", ["everything"])
+@pytest.mark.parametrize("network", ["everything"], indirect=True)
 def test_a_memory_runs_without_torch_as_it_was_trained(network):
     file, policy = network
     controller = ppo.controller_of(file)

@@ -14,7 +14,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.spaces import Feature
 from training import ppo_learner, tensor_vec_env
-from training.actor_critic import RecurrentActorCritic
+from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.vec_env import SwarmVecEnv
@@ -23,9 +23,13 @@ WORLDS = {"n_worlds": 2, "physics": "kinematic", "task.n_robots": 4, "max_cycles
           "decision_period": 10, "shaping": 1.0, "stagger": True}  # fmt: skip
 """Eight rows, whose episodes end within a rollout at two different times."""
 
+EXCHANGES = {"learn": "weighting", "step_on": "exchange", "decision_period": None,
+             "max_cycles": 600, "shaping": 0.0}  # fmt: skip
+
 TERMS = PPOHyperparameters(
     discount=0.9, gae_lambda=0.8, n_steps=12, n_minibatches=3, n_epochs=4, learning_rate=3e-3
 )
+FOURS = replace(TERMS, rows_together=4)
 
 
 def learner_of(terms=TERMS, policy=None, **changes):
@@ -84,8 +88,7 @@ def test_the_policy_learns_from_the_actions_that_count_alone(monkeypatch):
         "clipped_loss",
         lambda ratio, gains: counts.append(len(ratio)) or loss(ratio, gains),
     )
-    exchanges = {"learn": "weighting", "step_on": "exchange", "decision_period": None}
-    learner = learner_of(max_cycles=600, shaping=0.0, **exchanges)
+    learner = learner_of(**EXCHANGES)
     step, env = learner.env.step, learner.env
     monkeypatch.setattr(env, "step", lambda given: told.append(env.acts) or step(given))
     learner.learn(1, seed=0)
@@ -94,12 +97,6 @@ def test_the_policy_learns_from_the_actions_that_count_alone(monkeypatch):
     assert acting >= 6
     assert sum(counts) == acting * TERMS.n_epochs
     assert max(counts) - min(counts) <= 1
-
-
-def test_a_rollout_without_exchanges_is_refused():
-    learner = learner_of(learn="weighting", step_on="exchange", decision_period=None, max_cycles=2)
-    with pytest.raises(ConfigError, match="0 exchanges in a rollout"):
-        learner.learn(1, seed=0)
 
 
 def test_worlds_go_on_from_one_call_to_the_next_until_a_seed_resets_them():
@@ -149,8 +146,7 @@ class RobotAndTime:
 
 
 def test_minibatches_are_of_whole_worlds_where_rows_go_together():
-    terms = replace(TERMS, rows_together=4)
-    learner, found = learner_of(terms, observation=RobotAndTime), []
+    learner, found = learner_of(FOURS, observation=RobotAndTime), []
     evaluate = learner.policy.evaluate_actions
     learner.policy.evaluate_actions = lambda seen, actions: (
         found.append(seen) or evaluate(seen, actions)
@@ -162,16 +158,6 @@ def test_minibatches_are_of_whole_worlds_where_rows_go_together():
         assert (numbers == torch.arange(4) / 4).all()
         assert (times == times[:, :1]).all()
     assert len(times.unique()) > 1
-
-
-def test_rows_that_cannot_go_together_are_refused():
-    with pytest.raises(ConfigError, match="rows_together=3: must divide the 8 rows"):
-        learner_of(replace(TERMS, rows_together=3))
-    exchanges = {"learn": "weighting", "step_on": "exchange", "decision_period": None}
-    own = replace(TERMS, rows_together=4)
-    learner = learner_of(own, max_cycles=600, shaping=0.0, **exchanges)
-    with pytest.raises(ConfigError, match="rows_together=4: actions of some of these rows count"):
-        learner.learn(1, seed=0)
 
 
 def remembering(terms=TERMS, **changes):
@@ -201,18 +187,31 @@ def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began(
         )
 
 
-def test_rows_that_a_memory_cannot_take_are_refused():
-    with pytest.raises(ConfigError, match="rows_together=4: a network with memory"):
-        remembering(replace(TERMS, rows_together=4))
-    exchanges = {"learn": "weighting", "step_on": "exchange", "decision_period": None}
-    learner = remembering(max_cycles=600, shaping=0.0, **exchanges)
-    with pytest.raises(ConfigError, match="memory: actions of some of these rows count"):
-        learner.learn(1, seed=0)
+@pytest.mark.parametrize(
+    ("make", "terms", "changes", "told"),
+    [
+        (learner_of, TERMS, {**EXCHANGES, "max_cycles": 2}, "0 exchanges in a rollout"),
+        (learner_of, replace(TERMS, rows_together=3), {}, "=3: must divide the 8 rows"),
+        (learner_of, FOURS, EXCHANGES, "=4: actions of some of these rows count"),
+        (learner_of, TERMS, {"discrete": True, "policy": torch.nn.Linear(1, 1)}, "gives numbers"),
+        (remembering, FOURS, {}, "rows_together=4: a network with memory"),
+        (remembering, TERMS, EXCHANGES, "memory: actions of some of these rows count"),
+    ],
+)
+def test_what_cannot_be_learned_is_refused(make, terms, changes, told):
+    with pytest.raises(ConfigError, match=told):
+        make(terms, **changes).learn(1, seed=0)
 
 
-def test_choices_are_refused():
-    with pytest.raises(ConfigError, match="discrete: PPO in tensors gives numbers"):
-        learner_of(discrete=True, policy=torch.nn.Linear(1, 1))
+def test_an_update_waits_for_no_number():
+    """Tensors without memory: whoever asks for a number is refused, as in a graph of CUDA."""
+    learner = learner_of(policy=ActorCritic(6, 2))
+    learner.policy = learner.policy.to("meta")
+    step = SimpleNamespace(zero_grad=lambda: None, step=lambda: None)
+    learner._optimizer = step  # that of a GPU asks for none, by `capturable`
+    of = torch.device("meta")
+    batch = (torch.zeros(shape, device=of) for shape in ((9, 6), (9, 2), 9, 9, 9))
+    assert all(each.is_meta for each in learner._learn_from(*batch))
 
 
 def test_blocks_of_several_scenarios_are_joined_and_their_time_is_counted(monkeypatch):

@@ -1,8 +1,6 @@
 """Policies with a hidden state: it is of one robot, and lasts for one episode."""
 
-import json
 import pickle
-import shutil
 
 import numpy as np
 import pytest
@@ -94,20 +92,6 @@ def test_a_recurrent_model_draws_around_what_it_does_without_chance(trained):
     assert_array_equal(ran(controller, [7, 8]), ran(controller, [8, 7])[::-1])
 
 
-def test_a_recurrent_model_is_evaluated_twice_alike(trained, command, tmp_path):
-    shutil.copy(trained[1], tmp_path / "model.zip")
-    names = "sb3:model.zip", "sb3:model.zip,chance=true"
-    short = [f"--set={name}={value}" for name, value in NUMBERS.items()]
-    found = []
-    for out in ("--out=a", "--out=b"):
-        options = *short, "--episodes=2", "--physics=kinematic", "--workers=1", "--format=json"
-        status, told, err = command("evaluate", "near", *names, *options, out)
-        assert status == 0, err
-        found.append([{**each, "wall_s": 0.0} for each in json.loads(told)])
-    assert found[0] == found[1]
-    assert len(found[0]) == 4
-
-
 def waver(observed, states):
     """Drive by the number of decisions so far, and by the robot's own number."""
     after = states + 1.0 + np.arange(len(states))[:, None] * [[0.1, 0.0]]
@@ -149,6 +133,7 @@ def test_a_function_of_a_module_has_a_state_too(tmp_path, monkeypatch):
     (tmp_path / "my_memory.py").write_text(code)
     monkeypatch.syspath_prepend(tmp_path)
     named = find_controller("callable:my_memory:own,n_state=2")
+    assert named.policy.reads[-1] == tmp_path / "my_memory.py"
     own = policy_controller(lambda seen, states: (np.sin(states + 1), states + 1), n_state=2)
     scenario = find_scenario("es1", NUMBERS)
     assert_array_equal(ran(named, [3], scenario), ran(own, [3], scenario))

@@ -102,9 +102,10 @@ class Intruder:
         (b"", r"its weights cannot be read \("), (b"junk", r"its weights cannot be read \("),
         (as_torch_saves({"a": torch.zeros(2)}), "its weights do not fit"),
         (as_torch_saves([torch.zeros(2)]), "they are no arrays by name"),
+        (as_torch_saves({1: torch.zeros(2)}), "they are no arrays by name"),
         (None, "must be what stable-baselines3's"),
     ],
-    ids=["code", "nothing", "junk", "others", "a list", "none"],
+    ids=["code", "nothing", "junk", "others", "a list", "numbered", "none"],
 )  # fmt: skip
 def test_weights_that_are_none_are_refused_and_nothing_of_them_is_run(file, content, told):
     use(file)
@@ -112,13 +113,6 @@ def test_weights_that_are_none_are_refused_and_nothing_of_them_is_run(file, cont
     with pytest.raises(ConfigError, match=told) as refusal:
         use(file)
     assert str(refusal.value).startswith(f"policy {file}: ")
-
-
-@pytest.mark.parametrize("data", [None, b"no JSON", b"\xff"], ids=["none", "text", "bytes"])
-def test_a_zip_without_what_a_model_tells_of_itself_is_refused(file, data):
-    with_parts(file, data=data)
-    with pytest.raises(ConfigError, match="must be what stable-baselines3's"):
-        read_zip(file)
 
 
 def changed_data(file, **changes):
@@ -129,27 +123,11 @@ def told_of(file):
     return json.loads(read_zip(file)[1])
 
 
-@pytest.mark.parametrize(
-    "told",
-    [
-        {"__module__": "elsewhere", "__init__": "<function ActorCriticPolicy.__init__ at"},
-        {"__module__": "stable_baselines3.common.policies"},
-        {"__module__": "stable_baselines3.common.policies",
-         "__init__": "<function ActorCriticCnnPolicy.__init__ at 0x1>"},
-    ],
-)  # fmt: skip
-def test_a_class_that_is_not_known_is_not_guessed(file, told):
-    changed_data(file, policy_class=told)
-    with pytest.raises(ConfigError, match=r"its policy_class can only .*trust=true"):
-        use(file)
-
-
 def test_a_model_that_explores_by_its_state_is_one_as_a_controller_too(tmp_path):
     made = saved(tmp_path / "m.zip", use_sde=True)
     controller = find_controller(f"sb3:{tmp_path / 'm.zip'}")
-    form = controller.form(find_scenario("es1", NUMBERS))
-    observed = np.random.default_rng(0).uniform(-1, 1, (4, len(form.layout))).astype(np.float32)
-    found = controller.policy.start(form)(observed)
+    observed = observed_by(made)
+    found = controller.policy.start(controller.form(find_scenario("es1", NUMBERS)))(observed)
     np.testing.assert_allclose(found, made.predict(observed, deterministic=True)[0], atol=1e-6)
 
 
@@ -165,12 +143,15 @@ def observed_by(model):
     return np.random.default_rng(0).uniform(-1.0, 1.0, (4, size)).astype(np.float32)
 
 
+DRAWS = np.array([[0.0, 0.0], [1.0, -2.0], [0.5, 0.0], [0.0, 3.0]])
+
+
 def test_by_chance_an_action_is_its_mean_and_a_draw_times_its_deviation(tmp_path):
     made = saved(tmp_path / "m.zip", policy_kwargs={"log_std_init": -1.0})
-    observed, draws = observed_by(made), np.array([[0.0, 0.0], [1.0, -2.0], [0.5, 0.0], [0.0, 3.0]])
+    observed = observed_by(made)
     mean = made.policy.get_distribution(torch.as_tensor(observed)).mode().detach().numpy()
-    found = by_chance(tmp_path / "m.zip", observed, draws)
-    np.testing.assert_allclose(found, mean + np.exp(-1.0) * draws, atol=1e-6)
+    found = by_chance(tmp_path / "m.zip", observed, DRAWS)
+    np.testing.assert_allclose(found, mean + np.exp(-1.0) * DRAWS, atol=1e-6)
 
 
 def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
@@ -187,11 +168,11 @@ def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
 def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
     made = SAC("MlpPolicy", env_of(), seed=0, device="cpu")
     made.save(tmp_path / "m.zip")
-    observed, draws = observed_by(made), np.array([[0.0, 0.0], [1.0, -2.0], [0.5, 0.0], [0.0, 3.0]])
+    observed = observed_by(made)
     with torch.no_grad():
         mean, log_std, _ = made.actor.get_action_dist_params(torch.as_tensor(observed))
-    wanted = np.tanh(mean.numpy() + log_std.exp().numpy() * draws)
-    np.testing.assert_allclose(by_chance(tmp_path / "m.zip", observed, draws), wanted, atol=1e-6)
+    wanted = np.tanh(mean.numpy() + log_std.exp().numpy() * DRAWS)
+    np.testing.assert_allclose(by_chance(tmp_path / "m.zip", observed, DRAWS), wanted, atol=1e-6)
 
 
 def test_one_seed_is_one_episode_by_chance_too(file):
@@ -242,31 +223,34 @@ def test_a_refusal_names_the_keyword_that_differs(n_observed, action, told):
 
 PICKLE = base64.b64encode(pickle.dumps(Intruder())).decode()
 PICKLED = {":type:": "x", ":serialized:": PICKLE}
-
-
-def with_card(file, **changes):
-    """The same model with another card within; `keywords` are added to those of the card."""
-    space = told_of(file)["observation_space"]
-    card = json.loads(space["policy_card"])
-    changes["keywords"] = {**card["keywords"], **changes.get("keywords", {})}
-    changed_data(file, observation_space={**space, "policy_card": json.dumps({**card, **changes})})
+POLICIES, INIT = "stable_baselines3.common.policies", "<function ActorCritic"
+CAN = r"its policy_class can only .*trust=true"
 
 
 @pytest.mark.parametrize("part", ["policy_class", "policy_kwargs"])
 def test_no_file_can_say_that_it_is_trusted(file, part):
-    with_card(file, keywords={"trust": True})
+    space = told_of(file)["observation_space"]
+    card = json.loads(space["policy_card"])
+    card["keywords"]["trust"] = True
+    changed_data(file, observation_space={**space, "policy_card": json.dumps(card)})
     changed_data(file, **{part: PICKLED})
     with pytest.raises(ConfigError, match=r"card in .*m.zip: keywords.trust: Extra inputs"):
         use(file)
 
 
 @pytest.mark.parametrize(
-    ("part", "told"),
-    [("policy_class", "its policy_class can only be had by unpickling"),
-     ("observation_space", "maps no numbers to 2"), ("action_space", r"maps \d+ numbers to no;")],
-)  # fmt: skip
-def test_a_pickle_in_what_a_model_tells_of_itself_is_not_opened(file, part, told):
-    changed_data(file, **{part: PICKLED})
+    ("part", "value", "told"),
+    [
+        ("policy_class", {"__module__": "elsewhere", "__init__": f"{INIT}Policy.__init__ at"}, CAN),
+        ("policy_class", {"__module__": POLICIES}, CAN),
+        ("policy_class", {"__module__": POLICIES, "__init__": f"{INIT}CnnPolicy.__init__ at"}, CAN),
+        ("policy_class", PICKLED, "its policy_class can only be had by unpickling"),
+        ("observation_space", PICKLED, "maps no numbers to 2"),
+        ("action_space", PICKLED, r"maps \d+ numbers to no;"),
+    ],
+)
+def test_a_class_that_is_not_known_is_not_guessed_and_no_pickle_is_opened(file, part, value, told):
+    changed_data(file, **{part: value})
     with pytest.raises(ConfigError, match=told):
         use(file)
 
@@ -287,15 +271,11 @@ def test_members_of_a_zip_are_links_to_nothing_and_are_written_nowhere(tmp_path)
     assert not (tmp_path / "over").exists()
 
 
-def deep(n):
-    return b"[" * n + b"]" * n
-
-
 @pytest.mark.parametrize(
     "data",
-    [b"[]", b"null", b"3", b'"text"', b"NaN", b"{}", deep(100_000)],
-    ids=["list", "null", "number", "text", "NaN", "empty", "deep"],
-)  # fmt: skip
+    [None, b"no JSON", b"\xff", b"[]", b"3", b"NaN", b"{}", b"[" * 100_000 + b"]" * 100_000],
+    ids=["none", "text", "bytes", "list", "number", "NaN", "empty", "deep"],
+)
 def test_what_a_model_tells_of_itself_must_be_an_object(file, data):
     with_parts(file, data=data)
     refuses(file, "must be what stable-baselines3's model.save")
@@ -312,7 +292,7 @@ def refuses(file, told):
 @pytest.mark.parametrize(
     "changes",
     [{"policy_class": "text"}, {"policy_class": {"__module__": ["os"]}}, {"policy_kwargs": None},
-     {"policy_kwargs": 3}, {"policy_kwargs": True}, {"policy_kwargs": "text"},
+     {"policy_kwargs": 3}, {"policy_kwargs": "text"},
      {"policy_kwargs": [[1]]}, {"observation_space": {"_shape": 3}},
      {"action_space": {"n": "many"}}, {"use_sde": {":serialized:": ""}}],
     ids=str,
@@ -442,11 +422,6 @@ def test_weights_that_swell_are_refused_before_they_do(file, tmp_path, monkeypat
     with_parts(file, policy_pth=(tmp_path / "w.pth").read_bytes())
     monkeypatch.setattr("training.foreign_file.LARGEST", 2**20)
     refuses(file, r"weights cannot be read \(has 4.0 MiB; at most 1 MiB are read")
-
-
-def test_names_of_arrays_are_text(file):
-    with_parts(file, policy_pth=as_torch_saves({1: torch.zeros(2)}))
-    refuses(file, "weights cannot be read .they are no arrays by name")
 
 
 def in_gymnasium(**keywords):

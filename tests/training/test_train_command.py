@@ -1,7 +1,6 @@
 """What the command `train` makes of its options, and when a training evaluates; nothing trains."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
@@ -9,8 +8,7 @@ from typer.testing import CliRunner
 from swarm_forage_env.errors import ConfigError
 from training import train_command
 from training.experiment import Experiment, step_seed, worlds_per_scenario
-from training.policy_file import CurvePoint, Interval
-from training.training_loop import run
+from training.policy_file import Interval
 
 POINT = Interval(low=1.0, mean=2.0, high=3.0)
 
@@ -53,20 +51,6 @@ def test_a_layer_is_trained_as_the_help_promises(made, layer, algorithm, numbers
         physics="rigid", workers=2, device="cpu",
     )  # fmt: skip
     assert (backend.workers, backend.threads) == (2, 1)
-
-
-def test_every_option_is_taken_over(made):
-    experiment, backend = made(
-        "motion", "es1", "es2", "--algorithm=cma", "--seed=3", "--out=x", "--workers=4",
-        "--budget=7", "--every=3", "--worlds=5", "--held-back=6", "--population=9",
-        "--controller=dsgiff", "--set=tick=0.2", "--physics=kinematic",
-    )  # fmt: skip
-    assert experiment == Experiment(
-        layer="motion", scenarios=("es1", "es2"), algorithm="cma", out=Path("x"), seed=3, budget=7,
-        every=3, worlds=5, held_back=6, population=9, settings={"tick": "0.2"},
-        controller="dsgiff", physics="kinematic", workers=4, device="cpu",
-    )  # fmt: skip
-    assert backend.workers == 4
 
 
 @pytest.mark.parametrize(
@@ -125,49 +109,3 @@ def test_every_step_has_a_seed_of_its_own_that_never_changes():
     found = {(seed, step): step_seed(seed, step) for seed in range(4) for step in range(4)}
     assert len(set(found.values())) == 16
     assert (found[0, 0], found[1, 2]) == (2968811710, 1596810411)
-
-
-class Counted:
-    """A training whose steps are counted, and which tells when it evaluates."""
-
-    def __init__(self, done=0, curve=(), stride=1):
-        self.done, self.stride = done, stride
-        self.curve = [CurvePoint(step=step, simulated_s=0.0, value=0.0, round_trips={})
-                      for step in curve]  # fmt: skip
-        self.saved = 0
-
-    def advance(self, progress):
-        self.done += self.stride
-        return f"step {self.done}" if self.done == 2 else None
-
-    def evaluate(self):
-        point = CurvePoint(step=self.done, simulated_s=1.0, value=0.5, round_trips={"es1": POINT})
-        self.curve.append(point)
-        return point
-
-    def save_best(self):
-        self.saved += 1
-
-
-@pytest.mark.parametrize(
-    ("terms", "training", "steps"),
-    [
-        ((7, 3), Counted(), [0, 3, 6, 7]),  # at the start, every third step, and at the end
-        ((6, 3), Counted(), [0, 3, 6]),
-        ((3, 100), Counted(), [0, 3]),
-        ((7, 3), Counted(done=3, curve=(0, 3)), [0, 3, 6, 7]),  # it goes on from a checkpoint
-        ((7, 3), Counted(done=4, curve=(0,)), [0, 4, 7]),
-        ((7, 3), Counted(done=7, curve=(0, 3, 6, 7)), [0, 3, 6, 7]),
-        ((7, 3), Counted(stride=2), [0, 4, 8]),
-    ],
-)
-def test_a_training_is_evaluated_when_it_is_due(tmp_path, terms, training, steps):
-    experiment = SimpleNamespace(out=tmp_path, budget=terms[0], every=terms[1])
-    said = []
-    found = training.done
-    assert run(training, experiment, "round", said.append) == tmp_path / "best.safetensors"
-    assert [point.step for point in training.curve] == steps
-    assert training.saved == 1
-    assert said[0] == f"{found} of {terms[0]} rounds found, {terms[0] - found} to run"
-    assert ("step 2" in said) == (found < 2)
-    assert f"round {steps[-1]}: held-back round trips es1 2.0; value 0.5000" in said or found == 7

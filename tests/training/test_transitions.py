@@ -9,14 +9,11 @@ from numpy.testing import assert_array_equal
 from baselines.evaluation.dataset import DAMAGED
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.envs.make import checked_parts
-from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
+from tests.networks import any_network
 from tests.scripts import ROOT
 from training import train_command
-from training.network_policy import save_network, shapes_of
-from training.policy_card import card_of
 from training.policy_controller import policy_controller
 from training.transition_recording import DatasetOptions, Recording
 from training.transitions import COLUMNS, card_in, read
@@ -46,14 +43,7 @@ def record(tmp_path):
 @pytest.fixture
 def network(tmp_path):
     """The name of a policy that drives with reflexes, and holds its actions for ten ticks."""
-    parts = checked_parts("es1", None, {})
-    form = PolicyForm([parts.scenario], parts.config)
-    shapes = shapes_of([len(form.layout), len(form.action.layout)])
-    rng = np.random.default_rng(0)
-    weights = {name: rng.normal(0.0, 1.0, each).astype("f4") for name, each in shapes.items()}
-    file = tmp_path / "policy" / "best.safetensors"
-    save_network(file, weights, card_of(parts))
-    return f"network:{file}"
+    return any_network(tmp_path, 0)
 
 
 @pytest.mark.parametrize(

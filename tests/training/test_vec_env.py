@@ -10,7 +10,7 @@ from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNorma
 
 import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
 from swarm_forage_env import parallel_env
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import drawn_seed
 from training.vec_env import SwarmVecEnv
 
@@ -180,21 +180,6 @@ def test_a_step_without_an_action_is_refused():
         make().step_wait()
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"n_worlds": 0}, ConfigError, "n_worlds=0"),
-        ({"learn": "motoin"}, UnknownNameError, "motion"),
-        ({"radio.max_rang": 0.2}, UnknownNameError, "max_range"),
-        ({"seed": -1}, ConfigError, "-1"),
-        ({"seed": [1, 2]}, ConfigError, "must be 8, one for each world"),
-    ],
-)
-def test_a_bad_option_is_refused_by_name(options, error, message):
-    with pytest.raises(error, match=message):
-        SwarmVecEnv("es1", **options)
-
-
 def test_attributes_are_those_of_all_robots_and_cannot_be_set():
     env = make(decision_period=5)
     assert env.get_attr("max_cycles", [0, 1]) == [3600, 3600]
@@ -206,15 +191,6 @@ def test_attributes_are_those_of_all_robots_and_cannot_be_set():
     assert env.env_method("seed", 4, indices=[2]) == [[4] * 4 + [5] * 4]
     assert env.env_is_wrapped(VecMonitor) == [False] * 8
     assert [type(each).__name__ for each in env.np_random] == ["Generator"] * 2
-
-
-def test_waypoints_have_environments_too():
-    env = SwarmVecEnv("waypoints-05", n_worlds=2, max_cycles=1)
-    env.reset()
-    observed, rewards, done, _ = env.step(some(env))
-    assert observed.shape == (env.num_envs, *env.observation_space.shape)
-    assert done.all()
-    assert rewards.shape == (env.num_envs,)
 
 
 @pytest.mark.parametrize(("period", "rate"), [(1, 10), (3, 3), (10, 1), (50, 1)])
