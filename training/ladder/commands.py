@@ -210,13 +210,9 @@ def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", comm
     from training.ladder.runs import by_rung
 
     folder, groups = page.parent / "images" / "ladder", by_rung(rungs, runs)
-    drawn = {
-        rung.name: curves(rung, groups[rung.name], command) for rung in rungs if rung.name in groups
-    }
+    drawn = {rung.name: curves(rung, own, command) for rung, own in groups}
     if runs:
-        drawn[pages.PROFILE] = profiles(
-            [rung for rung in rungs if rung.name in groups], runs, command
-        )
+        drawn[pages.PROFILE] = profiles([rung for rung, _ in groups], runs, command)
     for name, figure in drawn.items():
         file = folder / f"{name}.png"
         check_plot(file, "--page")

@@ -39,11 +39,10 @@ FINE = 5.0  # numbers below are shown with two digits
 def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     """The page, whose figures lie in images/ladder beside it."""
     text = (files("training.ladder") / "page.md").read_text("utf-8")
-    groups = by_rung(rungs, runs)
     return Template(text).substitute(
         command=command,
-        cards=cards_table(rungs, groups),
-        rungs="\n\n".join(_rung(rung, groups[rung.name]) for rung in rungs if rung.name in groups),
+        cards=cards_table(rungs, {run.rung for run in runs}),
+        rungs="\n\n".join(_rung(rung, own) for rung, own in by_rung(rungs, runs)),
         together=_together(rungs, runs),
         defaults=_defaults(rungs, runs),
         made=_made(rungs, runs),
@@ -193,8 +192,9 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     lines = [
         f"- {title_of(name)}: "
         + "; ".join(
-            f"`{rung}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)} robot-steps"
-            for rung, own in by_rung(rungs, each).items()
+            f"`{rung.name}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)}"
+            " robot-steps"
+            for rung, own in by_rung(rungs, each)
         )
         for name, each in by_algorithm(runs).items()
     ]
