@@ -10,6 +10,7 @@ scores of all choices (robots, choices) where actions are discrete.
 """
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,11 +38,37 @@ if TYPE_CHECKING:
     from onnxruntime import InferenceSession
 
 
-class TorchScriptPolicy(PolicyFile):
-    """A network that torch.jit has saved: torchscript:policy.pt."""
+class _Exported(PolicyFile):
+    """A network in a file, and the code that runs it."""
 
     def start(self, form: PolicyForm) -> Predict:
-        """The network."""
+        """The network; of scores of choices the choices of the highest ones."""
+        run = self._opened()
+
+        def predict(observed: Array) -> Array:
+            try:
+                output = run(observed)
+            except Exception as error:  # those of onnxruntime have no other base
+                why = reason(ValueError(str(error).strip().rpartition("\n")[2]))
+                raise ConfigError(
+                    f"policy {self.file}: does not take observations of {len(observed)} robots and"
+                    f" {observed.shape[1]} numbers ({why}); say what it was trained with, as in"
+                    " normalise=false"
+                ) from None
+            is_scores = isinstance(form.action_space, Discrete) and output.ndim == 2
+            return np.asarray(output.argmax(1) if is_scores else output)
+
+        return predict
+
+    def _opened(self) -> Callable[[Array], Array]:
+        """What maps observations to outputs; ConfigError for a file of another kind."""
+        raise NotImplementedError
+
+
+class TorchScriptPolicy(_Exported):
+    """A network that torch.jit has saved: torchscript:policy.pt."""
+
+    def _opened(self) -> Callable[[Array], Array]:
         import torch
 
         path = self.path
@@ -54,40 +81,23 @@ class TorchScriptPolicy(PolicyFile):
             except (RuntimeError, ValueError) as error:
                 why = reason(error)
                 raise ConfigError(f"policy {self.file}: is no TorchScript ({why})") from None
-
-        @torch.no_grad()
-        def predict(observed: Array) -> Array:
-            try:
-                output = network(torch.from_numpy(observed)).numpy()
-            except (RuntimeError, torch.jit.Error) as error:  # the latter is raised by a script
-                last_line = str(error).strip().rpartition("\n")[2]
-                raise _unfit(self.file, f"{len(form.layout)} numbers", last_line) from None
-            return _chosen(output, form)
-
-        return predict
+        run: Callable[[Array], Array] = torch.no_grad()(
+            lambda observed: network(torch.from_numpy(observed)).numpy()
+        )
+        return run
 
 
-class OnnxPolicy(PolicyFile):
+class OnnxPolicy(_Exported):
     """A network in ONNX, run by onnxruntime: onnx:policy.onnx."""
 
-    def start(self, form: PolicyForm) -> Predict:
-        """The network, on one thread."""
+    def _opened(self) -> Callable[[Array], Array]:
         session = self._session()
         inputs = [each.name for each in session.get_inputs()]
         if len(inputs) != 1:
             raise ConfigError(
                 f"policy {self.file}: has inputs {', '.join(inputs)}; must have one, observations"
             )
-
-        def predict(observed: Array) -> Array:
-            try:
-                output = np.asarray(session.run(None, {inputs[0]: observed})[0])
-            except Exception as error:  # its own classes have no other base
-                size = f"{observed.shape[0]} robots and {observed.shape[1]} numbers"
-                raise _unfit(self.file, size, reason(error)) from None
-            return _chosen(output, form)
-
-        return predict
+        return lambda observed: np.asarray(session.run(None, {inputs[0]: observed})[0])
 
     def _session(self) -> "InferenceSession":
         path = self.path
@@ -145,16 +155,3 @@ class CallablePolicy(PolicyFile):
             kind = type(function).__name__
             raise ConfigError(f"callable '{self.file}': is a {kind}, no function")
         return function
-
-
-def _chosen(output: Array, form: PolicyForm) -> Array:
-    """The actions of a network; of scores of choices the choices of the highest ones."""
-    is_scores = isinstance(form.action_space, Discrete) and output.ndim == 2
-    return np.asarray(output.argmax(1) if is_scores else output)
-
-
-def _unfit(file: str, observed: str, why: str) -> ConfigError:
-    return ConfigError(
-        f"policy {file}: does not take observations of {observed} ({why}); say what it was trained"
-        " with, as in normalise=false"
-    )

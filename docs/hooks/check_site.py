@@ -43,7 +43,8 @@ def faults(site: Path) -> Iterator[str]:
     for path, page in pages.items():
         where = path.relative_to(site)
         for target in (*page.links, *page.assets):
-            if _is_elsewhere(target):
+            parts = urlsplit(target)
+            if parts.netloc or parts.scheme not in ("", "data"):
                 if target in page.assets:
                     yield f"{where}: fetches {target}"
             elif fault := _missing(target, path, site, pages):
@@ -51,11 +52,6 @@ def faults(site: Path) -> Iterator[str]:
     for path in sorted(site.rglob("*.css")):
         if FROM_ELSEWHERE.search(path.read_text(encoding="utf-8")):
             yield f"{path.relative_to(site)}: fetches from elsewhere"
-
-
-def _is_elsewhere(target: str) -> bool:
-    parts = urlsplit(target)
-    return bool(parts.netloc) or parts.scheme not in ("", "data")
 
 
 def _missing(target: str, origin: Path, site: Path, pages: dict[Path, Page]) -> str:

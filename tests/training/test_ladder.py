@@ -15,14 +15,10 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training import transitions
 from training.ladder import (
     benchmark,
-    cards,
     cleanrl_trainer,
     figures,
-    offline_trainer,
-    own_trainer,
-    sb3_trainer,
+    trainers,
 )
-from training.ladder.cards import score_references
 from training.ladder.play import POINTS, Watch, play, random_actions
 from training.ladder.rungs import (
     RANDOM,
@@ -127,7 +123,7 @@ def test_scores_are_written_below_what_is_written_by_hand(rung):
 
 
 def test_references_are_scored_in_the_test_worlds(rung, tmp_path):
-    scores = score_references(rung, tmp_path / "episodes", JoblibBackend())
+    scores = benchmark.score_references(rung, tmp_path / "episodes", JoblibBackend())
     assert list(scores) == [RANDOM, "nc", "no-error"]
     assert {each.episodes for each in scores.values()} == {2}
     assert read_rungs(tmp_path)["tiny"].card.scores.keys() == scores.keys()
@@ -230,7 +226,7 @@ def test_a_memory_is_kept_from_decision_to_decision_of_one_episode(rung):
     small = own.model_copy(update={"worlds": 2, "settings": {"n_steps": 4, "n_minibatches": 1}})
     watch = Watch({**rung.test_keywords, "learn": "everything"}, 960, 1)
     tiny = replace(rung, keywords={**rung.keywords, "learn": "everything"})
-    own_trainer.train(tiny, small, 0, watch)
+    trainers.by_own_ppo(tiny, small, 0, watch)
     assert len(watch.curve) == POINTS
     seen = np.random.default_rng(0).random(
         (2, 3, len(ArrayEnv(**watch.keywords).observation_layout))
@@ -257,7 +253,7 @@ def test_offline_algorithms_learn_and_are_scored_in_the_action_space_of_the_tran
         played.append(keywords)
         return [1.0]
 
-    monkeypatch.setattr(offline_trainer, "read", read)
+    monkeypatch.setattr(trainers, "read", read)
     monkeypatch.setattr(benchmark, "play", play)
     rwr = read_algorithms()["rwr"]
     dataset = {"policies": ["random", "ssgikf"], "episodes": 2, "learners": 1}
@@ -320,12 +316,12 @@ def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):
 def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, monkeypatch):
     made = []
 
-    class Noted(sb3_trainer.PPO):
+    class Noted(trainers.PPO):
         def __init__(self, policy, env, gamma, seed, **settings):
             made.append((env.env.n_worlds, env.np_random[0].bit_generator.state, gamma, seed))
             super().__init__(policy, env, gamma=gamma, seed=seed, **settings)
 
-    monkeypatch.setitem(sb3_trainer.MODELS, "", Noted)
+    monkeypatch.setitem(trainers.MODELS, "", Noted)
     algorithm = read_algorithms()["sb3_ppo"]
     settings = {"n_steps": 8, "batch_size": 80}
     small = algorithm.model_copy(update={"worlds": 2, "settings": settings})
@@ -391,7 +387,7 @@ def test_a_policy_acts_for_every_robot_of_every_world_with_the_states_that_it_ga
         asked.append((rows.shape, states, starts.tolist(), deterministic))
         return rows[:, :2] * 2.0, len(asked)
 
-    act = sb3_trainer._acting(SimpleNamespace(predict=predict))
+    act = trainers._acting(SimpleNamespace(predict=predict))
     seen = np.arange(24.0).reshape(2, 3, 4)
     begins = [True, True], [False, True], [True, True]
     for each, by_chance in zip(begins, (False, True, False), strict=True):
@@ -423,8 +419,7 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(monkeypatch, rung
         watch.curve += [{"wall_s": 3.0}, {"wall_s": 5.0}, {"wall_s": 9.0}]
         played.append((watch.keywords, watch.robot_steps, watch.episodes))
 
-    trainer = SimpleNamespace(train=train)
-    monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: trainer)
+    monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: train)
 
     def play(*given, by_chance=False):
         played.append((*given, by_chance))
@@ -485,12 +480,12 @@ def test_a_key_does_not_depend_on_the_order_of_keywords_nor_on_title_and_share(r
 
 def test_references_are_scored_by_their_own_episodes(monkeypatch, rung, tmp_path):
     two_of_each = [[0.0, 2.0], [4.0, 4.0]]
-    monkeypatch.setattr(cards.Plan, "by_configuration", lambda plan: two_of_each)
-    monkeypatch.setattr(cards, "scores", list)
-    monkeypatch.setattr(cards, "run_with_progress", lambda *given: None)
-    monkeypatch.setattr(cards, "play", lambda *given: [5.0, 6.0])
-    monkeypatch.setattr(cards, "write_scores", lambda rung, scores: None)
-    found = cards.score_references(rung, tmp_path, None)
+    monkeypatch.setattr(benchmark.Plan, "by_configuration", lambda plan: two_of_each)
+    monkeypatch.setattr(benchmark, "scores", list)
+    monkeypatch.setattr(benchmark, "run_with_progress", lambda *given: None)
+    monkeypatch.setattr(benchmark, "play", lambda *given: [5.0, 6.0])
+    monkeypatch.setattr(benchmark, "write_scores", lambda rung, scores: None)
+    found = benchmark.score_references(rung, tmp_path, None)
     assert {name: (score.mean, score.episodes) for name, score in found.items()} == {
         RANDOM: (5.5, 2), "nc": (1.0, 2), "no-error": (4.0, 2),
     }  # fmt: skip

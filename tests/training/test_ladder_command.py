@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from baselines.evaluation import figure_page
 from swarm_forage_env.errors import ConfigError
 from training.experiment import HELD_BACK_SEEDS
-from training.ladder import benchmark, cards, commands, figures, play, runs
+from training.ladder import benchmark, commands, figures, play, runs
 from training.ladder.play import POINTS, Watch, robot_steps_of_a_decision
 from training.ladder.rungs import DEFAULTS, Score, read_algorithms, read_rungs
 from training.ladder.runs import Run
@@ -35,7 +35,7 @@ def call(monkeypatch, tmp_path):
     done = SimpleNamespace(jobs=[], workers=[])
     monkeypatch.setattr(commands, "find_backend", lambda *given, **_: done.workers.append(given[1]))
     monkeypatch.setattr(benchmark, "run_jobs", lambda jobs, *_: done.jobs.append(jobs))
-    monkeypatch.setattr(cards, "score_references", lambda rung, out, backend: {})
+    monkeypatch.setattr(benchmark, "score_references", lambda rung, out, backend: {})
     monkeypatch.chdir(tmp_path)
 
     def run(*words):
@@ -132,7 +132,7 @@ def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):
         scored.append(rung.name)
         return {"nc": Score(mean=4.04)}
 
-    monkeypatch.setattr(cards, "score_references", score)
+    monkeypatch.setattr(benchmark, "score_references", score)
     result, done = call("cards", "--workers=4")
     assert scored == list(read_rungs())
     assert result.output.splitlines() == [f"{name} nc: 4.0" for name in read_rungs()]

@@ -122,7 +122,7 @@ def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, 
     predict = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form)
     assert predict(np.zeros((2, 4), np.float32)).tolist() == told
     with pytest.raises(
-        ConfigError, match=r"observations of 4 numbers \(.*an odd number\); say"
+        ConfigError, match=r"observations of 2 robots and 3 numbers \(.*an odd number\); say"
     ) as no:
         predict(np.zeros((2, 3), np.float32))
     assert "\n" not in str(no.value)

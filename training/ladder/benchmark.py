@@ -1,38 +1,44 @@
-"""Make the runs that are missing, in processes, with a bar of progress."""
+"""Make the runs that are missing, in processes, with a bar; score what the cards name."""
 
-import importlib
+import pkgutil
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
-from types import ModuleType
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from baselines.evaluation.runner import Plan, run_with_progress
+from baselines.evaluation.statistics import mean_interval
+from baselines.evaluation.tables import scores
 from baselines.papers.reproduction import format_duration
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
-from training.ladder.play import Watch, play, seeds_of_tests
-from training.ladder.rungs import Algorithm, Rung
+from swarm_forage_env.task import task_of
+from training.ladder.play import Watch, play, random_actions, seeds_of_tests
+from training.ladder.rungs import RANDOM, Algorithm, Rung, Score, write_scores
 from training.ladder.runs import Job, Run, find, keep, versions
 
 TRAINERS = {
-    "sb3": "training.ladder.sb3_trainer",
-    "cleanrl": "training.ladder.cleanrl_trainer",
-    "benchmarl": "training.ladder.benchmarl_trainer",
-    "own": "training.ladder.own_trainer",
-    "offline": "training.ladder.offline_trainer",
+    "sb3": "training.ladder.trainers:by_sb3",
+    "cleanrl": "training.ladder.cleanrl_trainer:train",
+    "benchmarl": "training.ladder.benchmarl_trainer:train",
+    "own": "training.ladder.trainers:by_own_ppo",
+    "offline": "training.ladder.trainers:by_transitions",
 }
-"""The module that trains by each library: imported where it is used."""
+"""What trains by each library: imported where it is used."""
+
+Train = Callable[[Rung, Algorithm, int, Watch], None]
+"""Trains from scratch by a seed; the watch evaluates the policy meanwhile, under keywords that the
+trainer may change."""
 
 
-def trainer_of(algorithm: Algorithm) -> ModuleType:
-    """What trains it; ModuleNotFoundError, by whose name the command tells what to install.
-
-    Its `train(rung, algorithm, seed, watch)` trains from scratch; the watch evaluates the policy
-    meanwhile, under keywords that the trainer may change.
-    """
-    return importlib.import_module(TRAINERS[algorithm.trainer])
+def trainer_of(algorithm: Algorithm) -> Train:
+    """What trains it; ModuleNotFoundError, by whose name the command tells what to install."""
+    train: Train = pkgutil.resolve_name(TRAINERS[algorithm.trainer])
+    return train
 
 
 def installed(algorithms: Sequence[Algorithm]) -> list[Algorithm]:
@@ -98,7 +104,7 @@ def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend, kept: Sequence[Ru
 def make(job: Job) -> Run:
     """Train, and score the best policy in the test episodes."""
     watch = Watch(job.rung.test_keywords, job.robot_steps, job.rung.card.curve_episodes)
-    trainer_of(job.algorithm).train(job.rung, job.algorithm, job.seed, watch)
+    trainer_of(job.algorithm)(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
     seeds = seeds_of_tests(job.rung.card.episodes)
     return Run(
@@ -114,3 +120,34 @@ def make(job: Job) -> Run:
         scores_by_chance=play(watch.keywords, watch.best, seeds, by_chance=True),
         versions=versions(),
     )
+
+
+def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score]:
+    """Score what a rung's card names, and write it into the rung's file.
+
+    Episodes are kept in a dataset: a command that was stopped goes on from there.
+    """
+    seeds = seeds_of_tests(rung.card.episodes)
+    keywords = rung.test_keywords
+    say(f"{rung.name}: random actions, {len(seeds)} episodes")
+    results = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
+    scenario, dataset = rung.test_scenario, Dataset(out)
+    physics = task_of(scenario).physics
+    dataset.open()
+    configurations = [
+        ExperimentConfig(name, scenario, find_layered_controller(name), physics)
+        for name in rung.references
+    ]
+    plan = Plan(configurations, seeds, dataset)
+    run_with_progress(plan, backend)
+    for name, episodes in zip(rung.references, plan.by_configuration(), strict=True):
+        results[name] = _score(scores(episodes))
+    write_scores(rung, results)
+    return results
+
+
+def _score(values: Sequence[float]) -> Score:
+    estimate = mean_interval(values)
+    assert estimate is not None
+    low, high = estimate.interval or (None, None)
+    return Score(mean=estimate.value, low=low, high=high, episodes=estimate.n)

@@ -43,7 +43,7 @@ def list_cards(form: ListedFormat = "table") -> None:
     """Show the rungs: what is hard about each, and what random actions and others score."""
     from rich.console import Console
 
-    from training.ladder.cards import tables
+    from training.ladder.page import tables
     from training.ladder.rungs import read_algorithms, read_rungs
 
     rungs = list(read_rungs().values())
@@ -70,7 +70,7 @@ def cards(
     address: AddressOption = None,
 ) -> None:
     """Score random actions, hand-written controllers and oracles, and write it on the cards."""
-    from training.ladder.cards import score_references
+    from training.ladder.benchmark import score_references
     from training.ladder.rungs import find_named, read_rungs
 
     chosen = find_named("rung", rungs, read_rungs())
@@ -210,13 +210,9 @@ def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", comm
     from training.ladder.runs import by_rung
 
     folder, groups = page.parent / "images" / "ladder", by_rung(rungs, runs)
-    drawn = {
-        rung.name: curves(rung, groups[rung.name], command) for rung in rungs if rung.name in groups
-    }
+    drawn = {rung.name: curves(rung, own, command) for rung, own in groups}
     if runs:
-        drawn[pages.PROFILE] = profiles(
-            [rung for rung in rungs if rung.name in groups], runs, command
-        )
+        drawn[pages.PROFILE] = profiles([rung for rung, _ in groups], runs, command)
     for name, figure in drawn.items():
         file = folder / f"{name}.png"
         check_plot(file, "--page")

@@ -1,15 +1,18 @@
-"""The page of the ladder: cards, tables and figures in Markdown."""
+"""The page of the ladder, with cards, tables and figures in Markdown; tables for a terminal."""
 
 import statistics
+import textwrap
 from collections.abc import Collection, Sequence
 from importlib.resources import files
 from string import Template
 
+from rich.console import Group
 from rich.table import Table
+from rich.text import Text
 
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
-from training.ladder.rungs import DEFAULTS, RANDOM, Rung, Score, title_of
+from training.ladder.rungs import DEFAULTS, RANDOM, Algorithm, Rung, Score, title_of
 from training.ladder.runs import (
     Row,
     Run,
@@ -36,11 +39,10 @@ FINE = 5.0  # numbers below are shown with two digits
 def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     """The page, whose figures lie in images/ladder beside it."""
     text = (files("training.ladder") / "page.md").read_text("utf-8")
-    groups = by_rung(rungs, runs)
     return Template(text).substitute(
         command=command,
-        cards=cards_table(rungs, groups),
-        rungs="\n\n".join(_rung(rung, groups[rung.name]) for rung in rungs if rung.name in groups),
+        cards=cards_table(rungs, {run.rung for run in runs}),
+        rungs="\n\n".join(_rung(rung, own) for rung, own in by_rung(rungs, runs)),
         together=_together(rungs, runs),
         defaults=_defaults(rungs, runs),
         made=_made(rungs, runs),
@@ -123,6 +125,24 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     return "\n\n".join(parts)
 
 
+def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
+    """Every rung with its scores and what is hard, then the algorithms."""
+    parts: list[Text | Table] = []
+    for rung in rungs:
+        card = rung.card
+        parts.append(Text(f"{card.rung} {rung.name}", style="bold").append(f"  {card.title}"))
+        parts.append(Text(textwrap.fill(card.hard, 78)))
+        named = [name for name in (RANDOM, *rung.references) if name in card.scores]
+        listed = ", ".join(f"{name} {card.scores[name].mean:.1f}" for name in named)
+        parts += [Text(listed or "no scores yet: swarm-forage benchmark cards"), Text()]
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in ("algorithm", "", "trained by"):
+        table.add_column(heading)
+    for each in algorithms:
+        table.add_row(each.name, each.title, each.trainer)
+    return Group(*parts, table)
+
+
 def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:
     """The head of the table, and a line for each algorithm: the score of every seed, the median,
     the least, and how many seeds are above the hand-written `ssgikf`."""
@@ -172,8 +192,9 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     lines = [
         f"- {title_of(name)}: "
         + "; ".join(
-            f"`{rung}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)} robot-steps"
-            for rung, own in by_rung(rungs, each).items()
+            f"`{rung.name}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)}"
+            " robot-steps"
+            for rung, own in by_rung(rungs, each)
         )
         for name, each in by_algorithm(runs).items()
     ]

@@ -246,10 +246,10 @@ def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:
     return groups
 
 
-def by_rung(rungs: Sequence[Rung], runs: Sequence[Run]) -> dict[str, list[Run]]:
-    """The runs of each rung that has any, the easiest first."""
-    groups = {rung.name: [run for run in runs if run.rung == rung.name] for rung in rungs}
-    return {name: own for name, own in groups.items() if own}
+def by_rung(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[tuple[Rung, list[Run]]]:
+    """Each rung that has runs, and these, the easiest first."""
+    pairs = ((rung, [run for run in runs if run.rung == rung.name]) for rung in rungs)
+    return [(rung, own) for rung, own in pairs if own]
 
 
 def rows_of(rung: Rung, runs: Sequence[Run]) -> list[Row]:
@@ -271,12 +271,7 @@ def rows_of(rung: Rung, runs: Sequence[Run]) -> list[Row]:
 
 def strata_of(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[list[float]]:
     """Normalised scores of the runs of each rung."""
-    groups = by_rung(rungs, runs)
-    return [
-        [rung.normalised(run.score) for run in groups[rung.name]]
-        for rung in rungs
-        if rung.name in groups
-    ]
+    return [[rung.normalised(run.score) for run in own] for rung, own in by_rung(rungs, runs)]
 
 
 def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[Estimate, int]]:
