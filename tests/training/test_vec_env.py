@@ -76,15 +76,6 @@ def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds(learn
     assert not env.step(some(env))[2].any()
 
 
-def test_staggered_worlds_end_one_after_the_other_and_then_equally_often():
-    env = make(max_cycles=4, stagger=True)
-    env.reset()
-    ends = [env.step(some(env))[2][::4].tolist() for _ in range(8)]
-    never = [False, False]
-    one, other = [True, False], [False, True]
-    assert ends == [never, one, never, other, never, one, never, other]
-
-
 def test_a_seed_fixes_the_sequence_of_episodes():
     def episodes(seed):
         env = make(max_cycles=2)
@@ -165,14 +156,6 @@ def test_an_action_out_of_bounds_is_refused_with_its_robot_and_slot(value):
     with pytest.raises(ConfigError, match=r"action of epuck_1 of world 1: drive\.turn="):
         env.step(actions)
     assert_array_equal(env.step(some(env))[0], other.step(some(other))[0])
-
-
-def test_actions_of_another_shape_are_refused():
-    env = make()
-    with pytest.raises(ConfigError, match=r"shape \(3,\): must be \(2,\), for drive.speed"):
-        env.step(np.zeros((8, 3), np.float32))
-    with pytest.raises(ConfigError, match=r"shape \(7, 2\): must be \(8, 2\)"):
-        env.step(np.zeros((7, 2), np.float32))
 
 
 def test_a_step_without_an_action_is_refused():
