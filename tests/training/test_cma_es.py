@@ -251,11 +251,16 @@ def test_the_simulated_time_is_that_of_all_worlds_of_all_scenarios():
 @pytest.mark.parametrize(("device", "by_backend"), [("cpu", 2), ("cuda", 0)])
 def test_a_backend_runs_the_jobs_of_a_cpu_only(monkeypatch, device, by_backend):
     given = []
-    monkeypatch.setattr(candidate_rollouts, "run_job", lambda job: np.array(job.seeds))
+
+    def run_job(job):
+        firsts = [each.weighting.network[0] for each in job.controllers]
+        return np.add(firsts, job.seeds)
+
+    monkeypatch.setattr(candidate_rollouts, "run_job", run_job)
     monkeypatch.setattr(
         candidate_rollouts, "run_in_order",
         lambda backend, run, jobs: given.extend(jobs) or map(run, jobs),
     )  # fmt: skip
-    found = rollouts(2, device).round_trips(np.ones((1, 2), np.float32), [4, 5])
-    assert found["es1"].tolist() == [[4, 5]]
+    found = rollouts(2, device).round_trips(np.array([[10, 0], [20, 0]], np.float32), [4, 5, 6])
+    assert found["es1"].tolist() == [[14, 15, 16], [24, 25, 26]]
     assert len(given) == by_backend
