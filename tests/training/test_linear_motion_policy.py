@@ -99,7 +99,7 @@ def test_a_candidate_does_in_a_block_what_it_does_alone(one, other):
 
 def test_a_new_episode_forgets_how_far_robots_have_searched():
     loop = loop_with([1, 2], motion(numbers(0)))
-    loop.run(5)
+    loop.run(10)
     searched = loop.controller.minds["motion"]["searched"]
     assert (searched > 0.0).all()
     loop.controller.reset(1, 2, [7])
