@@ -5,7 +5,7 @@ import pytest
 import torch
 from gymnasium.spaces import Discrete
 from numpy.testing import assert_array_equal
-from stable_baselines3 import DQN, PPO
+from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
 import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
@@ -90,20 +90,6 @@ def test_a_seed_fixes_the_sequence_of_episodes():
     assert_array_equal(observed[:4], observed[4:])
     with pytest.raises(ConfigError, match="must be 2, one for each world"):
         env.seed([1, 2, 3])
-
-
-@pytest.mark.parametrize(("algorithm", "discrete"), [(PPO, False), (PPO, True), (DQN, (2, 3))])
-def test_two_seeded_runs_end_with_equal_parameters(algorithm, discrete):
-    terms = {PPO: {"n_steps": 16, "n_epochs": 2}, DQN: {"learning_starts": 50, "buffer_size": 500}}
-
-    def trained():
-        env = make(decision_period=5, max_cycles=20, discrete=discrete)
-        model = algorithm("MlpPolicy", env, batch_size=64, seed=0, device="cpu", **terms[algorithm])
-        return model.learn(2 * 16 * env.num_envs).policy.state_dict()
-
-    first, second = trained(), trained()
-    assert first.keys() == second.keys()
-    assert all(torch.equal(first[name], second[name]) for name in first)
 
 
 def test_sb3_bootstraps_what_the_time_limit_cuts_off():
