@@ -222,23 +222,17 @@ def test_robots_with_a_policy_and_others_make_a_swarm(model, scenario, tmp_path)
     same = find_controllers([name] * 4, scenario)
     mixed = find_controllers({0: name, 2: name, "*": "ssgikf"}, scenario)
     other = find_controllers({0: name, 2: name, "*": "dsgiff"}, scenario)
-    wheels = {
-        each.name: [seen["command"]["wheels"].copy() for seen in stepped_robots(each, scenario)]
+    loops = [
+        Loop(scenario, each, [1], "kinematic")
         for each in (same, mixed, other, find_controller("ssgikf"))
-    }
-    alone, among, apart, ssgikf = wheels.values()
-    assert_allclose(alone[0][0, [0, 2]], among[0][0, [0, 2]], atol=1e-6)  # of fewer rows
-    assert_array_equal(among[0][0, [1, 3]], ssgikf[0][0, [1, 3]])
-    assert_array_equal(apart[0][0, [0, 2]], among[0][0, [0, 2]])
-    assert (among[0][0, [0, 2]] != ssgikf[0][0, [0, 2]]).any()
-
-
-def stepped_robots(controller, scenario):
-    """The robots after each of a few ticks."""
-    loop = Loop(scenario, controller, [1], "kinematic")
-    for _ in range(10):
+    ]
+    for loop in loops:
         loop.step()
-        yield loop.world.robots
+    alone, among, apart, ssgikf = (loop.world.robots["command"]["wheels"][0] for loop in loops)
+    assert_allclose(alone[[0, 2]], among[[0, 2]], atol=1e-6)  # of fewer rows
+    assert_array_equal(among[[1, 3]], ssgikf[[1, 3]])
+    assert_array_equal(apart[[0, 2]], among[[0, 2]])
+    assert (among[[0, 2]] != ssgikf[[0, 2]]).any()
 
 
 def test_a_policy_of_everything_has_no_room_for_a_learner(model, tmp_path):
