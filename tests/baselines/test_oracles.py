@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from baselines.oracles.controllers import NAMED
-from baselines.oracles.oracle import moved
+from baselines.oracles.oracle import OracleWeighting, moved
 from swarm_forage_env import ConfigError, parallel_env
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.foraging.scenario import Scenario
@@ -125,3 +125,19 @@ def test_global_communication_gives_everyone_but_the_deaf_the_mean_of_those_who_
     assert_allclose(places, np.tile(PLACES.mean(axis=0), (9, 1)), atol=1e-6)
     assert_allclose(b.p[hearing, 0], 1.5)
     assert b.p[5, 0] == 9.0
+
+
+def test_the_oracle_takes_the_estimate_that_is_nearer_the_area():
+    loop = start("oracle-weighting")
+    b, e = beliefs(loop), rows(loop.controller.minds["estimator"]["exchange"])
+    nest = moved(np.tile(loop.world.areas, (10, 1, 1)), loop.world.state.pose, b.pose)
+    b.location[:] = nest + np.array([0.2, 0.0])
+    b.heard_weight[:] = 2.0
+    e.is_valid[:], e.heard_known[:], e.own_known[:] = True, True, True
+    off = np.linspace(0.0, 0.38, 10)
+    b.heard_sum[:] = 2.0 * (nest + [[0.0, 1.0]] * off[:, None, None])
+    e.heard_known[0, 0] = False
+    g = OracleWeighting().start_knowing(loop.controller, loop.world)(loop.exchange)
+    assert_array_equal(g[:, 1], off < 0.2)
+    assert g[0, 0] == 0.0
+    assert set(np.unique(g)) == {0.0, 1.0}

@@ -5,7 +5,7 @@ import pytest
 
 from baselines.estimators.belief import NOBODY
 from baselines.estimators.sceptical_odometry import ScepticalMind, merge
-from swarm_forage_env.arrays import NEST
+from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.record import one_record
 
@@ -45,3 +45,14 @@ def test_nobody_who_disagrees_or_told_it_himself_is_a_witness(robot, teller, pla
     robot(3, (1.0, 0.0))
     assert not robot(teller, place)["known"].any()
     assert robot(5, place)["known"][NEST], "what was told last is what is to be confirmed"
+
+
+def test_of_a_known_area_the_weighting_decides(robot):
+    robot(3, (1.0, 0.0))
+    robot(4, (1.0, 0.0), p=5.0)
+    belief = robot(5, (3.0, 0.0), weight=0.25)
+    assert belief["location"][NEST].tolist() == pytest.approx([1.0, 0.0])  # no goal yet, single
+    belief["goal"] = NEST
+    belief = robot(5, (3.0, 0.0), weight=0.25)
+    assert belief["location"][NEST].tolist() == pytest.approx([1.5, 0.0])
+    assert not belief["known"][PREY]
