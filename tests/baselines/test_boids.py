@@ -152,15 +152,6 @@ def test_a_robot_is_shown_its_neighbours_that_it_sees_and_believes_in_reach(floc
     assert_allclose(seen.alignment, VELOCITIES[1:3].mean(axis=0), atol=1e-6)
 
 
-def test_the_authors_steer_anew_after_each_neighbour_and_align_with_places(flock):
-    seen = flock(authors=1.0, seen=[1, 2])
-    ways = POSES[0] - POSES[1:3]
-    after_one = unit(MAX_SPEED * unit(ways[0]) - VELOCITIES[0])
-    expected = (5.0 * after_one + ways[1] / np.hypot(*ways[1]) ** 2) / 2
-    assert_allclose(seen.separation, expected, rtol=1e-5)
-    assert_allclose(seen.alignment, POSES[1:3].mean(axis=0), atol=1e-6)
-
-
 @pytest.mark.parametrize("authors", [0.0, 1.0])
 def test_with_nobody_in_reach_there_is_no_flock(flock, authors):
     seen = flock(authors, seen=[3])

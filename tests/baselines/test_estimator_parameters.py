@@ -7,10 +7,7 @@ import pytest
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import Message
-from baselines.estimators.dead_reckoning import DeadReckoning
-from baselines.estimators.localisation import Localisation
 from baselines.estimators.message_exchange import round_estimate
-from baselines.estimators.path_covariance import error_constant
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
@@ -61,16 +58,6 @@ def test_an_exchange_takes_a_tick_at_least_and_zero_means_that_all_is_told():
     assert numbers["tells_within"] == math.inf
 
 
-def test_a_covariance_filter_has_the_error_constant_of_its_encoders():
-    scenario = find_scenario("es1", {"wheel_noise": 0.3, "cruise_speed": 0.1, "tick": 0.5})
-    numbers = SIKFParameters().numbers(scenario)
-    assert numbers["error_constant"] == pytest.approx(0.3**2 * 0.1 * 0.5 / 3.0)
-    assert error_constant(0.6, 0.1, 0.5) == pytest.approx(4 * numbers["error_constant"])
-    assert numbers | SocialOdometryParameters().numbers(scenario) == numbers
-    silent = DeadReckoning().layer(scenario).numbers
-    assert silent == numbers | {"speaks": False}
-
-
 @pytest.mark.parametrize("n", [2.0**16, 2.0**8])
 def test_what_is_told_is_a_whole_multiple_of_the_steps_of_its_words(n):
     message = Message.array((1,))[0]
@@ -107,25 +94,6 @@ def test_robots_tell_words_where_the_payload_says_so():
 def test_where_a_covariance_is_told_no_path_can_be_set_or_rounded(wrong, told):
     with pytest.raises(ConfigError, match=told):
         override(SIKFParameters(), wrong)
-
-
-NOISE = {
-    "speed_noise": 0.3, "speed_bias": 0.4, "turn_noise": 0.05, "turn_bias": 0.12,
-    "range_noise": 0.07, "bearing_noise": 0.08, "home_noise": 0.2, "reach": 1.25,
-    "max_speed": 0.6, "tolerance": 0.15,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("setting", "most"), [("authors", 5.0), ("corrected", 0.05)])
-def test_a_filter_adds_up_the_variances_of_noise_and_of_constant_errors(setting, most):
-    scenario = find_scenario("waypoints-05", NOISE)
-    numbers = Localisation(setting=setting).numbers(scenario)
-    assert numbers == pytest.approx({
-        "authors": setting == "authors", "dt": scenario.tick, "speed_noise": 0.3,
-        "turn_noise": 0.05, "var_speed": 0.25, "var_turn": 0.0169, "range_noise": 0.07,
-        "bearing_noise": 0.08, "home_variance": 0.04, "reach": 1.25, "max_speed": 0.6,
-        "tolerance": 0.15, "covariance_norm_max": most, "offset_max": 1.0,
-    })  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["decentralised_ekf", "covariance_intersection",

@@ -18,15 +18,9 @@ from baselines.estimators.covariance_intersection import (
     weigh_told,
 )
 from baselines.estimators.decentralised_ekf import (
-    FACTOR,
-    AuthorsMind,
     DecentralisedEKF,
     correct_both,
-    correct_by_sight,
-    correct_each_alone,
-    correct_one,
     propagate_factors,
-    slipped_direction,
 )
 from baselines.estimators.joint_update import (
     FilterMind,
@@ -43,9 +37,7 @@ from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.records import Readings, Sighting
 
-intersect, correct_both, correct_one, correct_by_sight, correct_each_alone = map(
-    entry_point, (intersect, correct_both, correct_one, correct_by_sight, correct_each_alone)
-)
+intersect, correct_both = map(entry_point, (intersect, correct_both))
 
 ROBOTS = 4
 DT = 0.5
@@ -59,13 +51,13 @@ COVARIANCES = arrays(np.float64, (3, 3), elements=ENTRIES).map(
 ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
 
 
-def numbers_of(setting, **changed):
+def numbers_of(**changed):
     """The scenario's numbers as the kernels read them, with some of them changed."""
     scenario = find_scenario("waypoints-05", {"n_robots": ROBOTS})
-    return rows(one_record(DecentralisedEKF(setting=setting).numbers(scenario) | changed))[0]
+    return rows(one_record(DecentralisedEKF().numbers(scenario) | changed))[0]
 
 
-CORRECTED, AUTHORS = numbers_of("corrected"), numbers_of("authors")
+NUMBERS = numbers_of()
 
 
 def one(kind):
@@ -179,7 +171,7 @@ def intersected(pose, P, far, bearing, g):  # noqa: N803 as in the paper
         far,
         bearing,
     )
-    intersect(crowd, np.zeros(0), sightings, CORRECTED)
+    intersect(crowd, np.zeros(0), sightings, NUMBERS)
     return crowd.belief.pose, crowd.belief.P
 
 
@@ -229,7 +221,7 @@ def test_a_prediction_propagates_pose_covariance_and_factors(P, theta, speed, tu
     noise = np.diag([0.05**2 + 0.005**2, 0.02**2 + 0.05**2])
     expected = J[:, :3] @ P @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
     belief.pose[:], belief.P[:] = at[:3], P
-    predict(belief, motion, CORRECTED)
+    predict(belief, motion, NUMBERS)
     assert_allclose(belief.P, expected, atol=1e-8)
     assert_array_equal(belief.P, belief.P.T)
     there = step(at)
@@ -239,22 +231,15 @@ def test_a_prediction_propagates_pose_covariance_and_factors(P, theta, speed, tu
     assert_allclose(factors[0], J[:, :3] @ P, atol=1e-8)
 
 
-def stores(robots=ROBOTS, numbers=CORRECTED, kind=FilterMind):
+def stores(robots=ROBOTS):
     """Everything the decentralised filter works on, with zero covariances and factors."""
-    crowd = crowd_of(kind, robots, belief_P=0.0)
-    shared = np.zeros((robots, robots, 2, 3, 3))
-    return {
-        "numbers": numbers,
-        "crowd": crowd,
-        "pose": crowd.belief.pose,
-        "P": crowd.belief.P,
-        "shared": shared,
-        "factors": np.zeros((robots, robots, 3, 3)) if kind is FilterMind else shared[:, :, FACTOR],
-    }
+    crowd = crowd_of(FilterMind, robots, belief_P=0.0)
+    factors = np.zeros((robots, robots, 3, 3))
+    return {"crowd": crowd, "pose": crowd.belief.pose, "P": crowd.belief.P, "factors": factors}
 
 
-def swarm(rng, robots=ROBOTS, size=0.05, **options):
-    found = stores(robots, **options)
+def swarm(rng, robots=ROBOTS, size=0.05):
+    found = stores(robots)
     found["pose"][:] = rng.uniform(-1.0, 1.0, (robots, 3))
     found["P"][:] = [covariance(rng, size) for _ in range(robots)]
     return found
@@ -262,11 +247,11 @@ def swarm(rng, robots=ROBOTS, size=0.05, **options):
 
 def relative(s, i, j, far, bearing, g=1.0):
     s["crowd"].exchange.weight[i] = g
-    correct_both(s["crowd"], s["factors"], i, j, sight(far, bearing), s["numbers"])
+    correct_both(s["crowd"], s["factors"], i, j, sight(far, bearing), NUMBERS)
 
 
 def privately(s, at_home, fix, variance=1e-6):
-    numbers, readings = numbers_of("corrected", home_variance=variance), one(Readings)
+    numbers, readings = numbers_of(home_variance=variance), one(Readings)
     for i, mind in enumerate(s["crowd"]):
         readings.at_home, readings.home_fix[:] = at_home[i], fix[i]
         visit_home(mind.belief, readings, mind.home, numbers)
@@ -276,7 +261,7 @@ def privately(s, at_home, fix, variance=1e-6):
 
 def moved(s, measured):
     for i, mind in enumerate(s["crowd"]):
-        predict(mind.belief, measured[i], s["numbers"])
+        predict(mind.belief, measured[i], NUMBERS)
         propagate_factors(mind.belief, measured[i], DT, s["factors"][i])
 
 
@@ -423,34 +408,6 @@ def test_whatever_happens_a_covariance_stays_one(places, story):
         for P in s["P"]:  # noqa: N806 as in the paper
             assert_array_equal(P, P.T)
             assert least_eigenvalue(P) >= -1e-12 * np.linalg.norm(P, 2)
-
-
-def test_the_authors_filter_corrects_the_one_who_sees_by_its_half_of_the_joint_filter():
-    s = swarm(np.random.default_rng(12), numbers=AUTHORS, kind=AuthorsMind)
-    s["pose"][:2] = [[0.1, 0.0, 0.3], [0.5, 0.3, -1.0]]
-    crowd, shared = s["crowd"], s["shared"]
-    crowd.exchange.weight[0] = 1.0
-    crowd.said[:] = crowd.belief
-    shared[:, :, 1 - FACTOR] = shared[:, :, FACTOR]
-    before = {name: s[name].copy() for name in ("pose", "P", "factors")}
-    sighting = sight(0.55, wrap(math.atan2(0.3, 0.4) + 0.1 + s["pose"][0, 2]))
-    correct_one(crowd, shared, 0, 1, sighting, s["numbers"])
-    direction = slipped_direction(crowd[0], float(sighting.bearing))
-    d, r = np.array([0.4, 0.3]), 0.5
-    G = np.zeros((2, 6))  # noqa: N806 as in the paper
-    G[0, [0, 1, 3, 4]] = [*(-d / r), *(d / r)]
-    G[1, [0, 1, 3, 4]] = [d[1] / r**2, -d[0] / r**2, -d[1] / r**2, d[0] / r**2]
-    P = np.zeros((6, 6))  # noqa: N806 as in the paper
-    P[:3, :3], P[3:, 3:] = before["P"][:2]
-    K = P @ G.T @ np.linalg.inv(G @ P @ G.T + 0.01 * np.eye(2))  # noqa: N806 as in the paper
-    after = (np.eye(6) - K @ G) @ P
-    residual = [float(sighting.range) - r, direction - math.atan2(0.3, 0.4)]
-    assert_allclose(residual, [0.05, 0.1], atol=1e-6)
-    assert_allclose(s["pose"][0], before["pose"][0] + K[:3] @ residual, atol=1e-9)
-    assert_allclose(s["P"][0], after[:3, :3], atol=1e-9)
-    assert_allclose(s["factors"][0, 1], after[:3, 3:], atol=1e-9)
-    for name, was in before.items():
-        assert_array_equal(s[name][1:], was[1:], name)
 
 
 QUIET = {

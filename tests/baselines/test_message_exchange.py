@@ -84,27 +84,6 @@ def test_a_double_filter_corrects_both_areas_and_a_single_one_the_goal(
         assert p == pytest.approx((1.0 - g) * p_own + share * g * p_heard, rel=1e-5)
 
 
-def test_the_exchange_says_what_the_weighting_needs(pair):
-    two = crossing(pair, "dsgikf")
-    while not two.loop.exchange.is_valid.any():
-        two.loop.step()
-    exchange = two.loop.exchange
-    hypot, frames = math.hypot, two.loop.world.scenario.radio.frames
-    for name, expected in {
-        "own_p": [[1.0, 3.0], [2.0, 0.5]],
-        "heard_p": [[2.0, 0.5], [1.0, 3.0]],
-        "disagreement": hypot(0.1, 0.2),
-        "own_distance": [[hypot(0.55, 0.1), hypot(0.55, 0.2)],
-                         [hypot(0.55, 0.28), hypot(0.55, 0.02)]],
-        "heard_distance": [[hypot(0.45, 0.3), 0.65], [hypot(0.65, 0.08), hypot(0.45, 0.22)]],
-        "range": hypot(0.1, 0.02),
-        "n_averaged": frames * two.TICKS,
-        "is_valid": 1, "own_known": 1, "heard_known": 1,
-    }.items():  # fmt: skip
-        np.testing.assert_allclose(exchange[name], expected, atol=1e-6, err_msg=name)
-    assert exchange.goal.argmax(axis=1).tolist() == [PREY, NEST]
-
-
 BEAM = (0.1, 0.0, 0.0)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import baselines.controllers  # noqa: F401 enters the controllers
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE
+from swarm_forage_env.interface import KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
@@ -74,25 +74,6 @@ def test_a_motion_from_outside_is_handed_to_the_wheels_unless_a_learner_goes_bef
     assert motion.asked == 20
     loop.reset([6, 7])
     assert motion.resets == [(0, 4), (1, 5), (0, 6), (1, 7)]
-
-
-def test_a_correction_is_added_to_the_wheels_of_the_layer_and_not_to_who_talks():
-    one, other = (Loop(busy(), CONTROLLERS["dsgikf"], [0], "kinematic") for _ in range(2))
-    action = other.world.state.action
-    for _ in range(TICKS):
-        action.motion[:] = KEEP
-        talking = other.situation.is_talking > 0
-        if talking.any() and not talking.all():
-            break
-        one.step()
-        other.step()
-    action.motion[:], action.wheels[:] = CORRECT, (0.25, -0.125)
-    one.step()
-    other.step()
-    wheels = one.world.state.command.wheels.copy()
-    wheels[~talking] = np.clip(wheels[~talking] + np.float32([0.5, -0.25]), -1.0, 1.0)
-    assert talking.any()
-    np.testing.assert_array_equal(other.world.state.command.wheels, wheels)
 
 
 class NaNAfter(Constant):

@@ -111,25 +111,6 @@ def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_fo
     assert robot.exchange["support"][PREY] + robot.exchange["dissent"][PREY] == 0.0
 
 
-@pytest.mark.parametrize(
-    ("visited", "own_p", "heard_p", "off", "counts"),
-    [(1, 4.0, 2.0, 0.9, (1.0, 0.0)), (1, 4.0, 2.0, 1.1, (0.0, 1.0)),  # wide by 0.25 + 0.125 * 6
-     (1, 4.1, 2.0, 9.0, (0.0, 0.0)), (0, 1.0, 0.0, 2.0, (0.0, 0.0))],
-)  # fmt: skip
-def test_a_robot_that_was_there_lately_judges_at_once_by_both_paths(
-    robot, visited, own_p, heard_p, off, counts
-):
-    belief = robot.belief
-    belief["known"][NEST], belief["visited"][NEST] = True, visited
-    belief["p"][NEST], belief["location"][NEST] = own_p, (1.0, 2.0)
-    belief["last_partner"], belief["heard_weight"][NEST] = 2, 2.0
-    belief["heard_sum"][NEST], belief["heard_p"][NEST] = (2.0, 2.0 * (2.0 + off)), heard_p
-    remember(robot.mind, NEST, WIDE)
-    assert robot.counts(2) == counts
-    assert robot.reputation["place"][2, NEST].tolist() == pytest.approx([1.0, 2.0 + off])
-    assert robot.reputation["is_open"][2, NEST] == (counts == (0.0, 0.0))
-
-
 def test_the_weighting_is_asked_about_unknown_areas_only_if_it_is_to_weigh_them():
     exchange = Exchange.array((1,))
     exchange["heard_known"], exchange["own_known"] = (1, 1), (1, 0)
@@ -148,3 +129,22 @@ def test_without_that_it_is_sceptical_odometry_bit_for_bit():
             loop.step()
         found.append(loop.world.robots["pose"].copy())
     np.testing.assert_array_equal(*found)
+
+
+@pytest.mark.parametrize(
+    ("visited", "own_p", "heard_p", "off", "counts"),
+    [(1, 4.0, 2.0, 0.9, (1.0, 0.0)), (1, 4.0, 2.0, 1.1, (0.0, 1.0)),  # wide by 0.25 + 0.125 * 6
+     (1, 4.1, 2.0, 9.0, (0.0, 0.0)), (0, 1.0, 0.0, 2.0, (0.0, 0.0))],
+)  # fmt: skip
+def test_a_robot_that_was_there_lately_judges_at_once_by_both_paths(
+    robot, visited, own_p, heard_p, off, counts
+):
+    belief = robot.belief
+    belief["known"][NEST], belief["visited"][NEST] = True, visited
+    belief["p"][NEST], belief["location"][NEST] = own_p, (1.0, 2.0)
+    belief["last_partner"], belief["heard_weight"][NEST] = 2, 2.0
+    belief["heard_sum"][NEST], belief["heard_p"][NEST] = (2.0, 2.0 * (2.0 + off)), heard_p
+    remember(robot.mind, NEST, WIDE)
+    assert robot.counts(2) == counts
+    assert robot.reputation["place"][2, NEST].tolist() == pytest.approx([1.0, 2.0 + off])
+    assert robot.reputation["is_open"][2, NEST] == (counts == (0.0, 0.0))

@@ -91,15 +91,6 @@ def test_speeds_are_robot_steps_a_second_and_threads_gain_time(clock, monkeypatc
     assert thread_gain(case, "rigid", 2, quick=True) == pytest.approx(1.6)
 
 
-@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
-def test_what_is_timed_is_a_tick_of_a_swarm_under_way(case, physics):
-    loop = case.start(physics, quick=False)
-    before = loop.world.robots["pose"].copy()
-    loop.step()
-    moved = np.hypot(*(loop.world.robots["pose"] - before)[0, :, :2].T)
-    assert (moved > 0.0).mean() > 0.5
-
-
 @pytest.mark.parametrize("n_worlds", [1, 3])
 def test_bare_pymunk_steps_every_world_of_a_case(case, n_worlds, monkeypatch):
     stepped, inner = [], pymunk.Space.step

@@ -46,17 +46,19 @@ def free_space():
     assert seen
 
 
-def handlers():
-    return signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), sys.unraisablehook
+def wait_after(drop):
+    with interrupts_raised():
+        drop()
+        time.sleep(WAIT)
 
 
 @pytest.mark.parametrize("drop", [finalise, free_space])
 def test_ctrl_c_is_raised_soon_after_a_moment_that_would_drop_it(interruptible, drop):
-    before = handlers()
-    with pytest.raises(KeyboardInterrupt), interrupts_raised():
-        drop()
-        time.sleep(WAIT)
-    assert handlers() == before
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), sys.unraisablehook
+    with pytest.raises(KeyboardInterrupt):
+        wait_after(drop)
+    after = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), sys.unraisablehook
+    assert after == before
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
@@ -73,9 +75,14 @@ def test_a_process_that_ignores_a_signal_goes_on_to_ignore_it(interruptible, num
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_a_signal_that_comes_while_workers_start_is_raised_after(interruptible, number):
     moments = []
-    with pytest.raises(KeyboardInterrupt), interrupts_raised(), defer_interrupts():
-        signal.raise_signal(number)
-        moments.append("started")
+
+    def start():
+        with interrupts_raised(), defer_interrupts():
+            signal.raise_signal(number)
+            moments.append("started")
+
+    with pytest.raises(KeyboardInterrupt):
+        start()
     assert moments == ["started"]
 
 

@@ -3,6 +3,7 @@
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from numpy.testing import assert_array_equal
 from pettingzoo.test import render_test
@@ -29,8 +30,10 @@ def test_pettingzoo_accepts_both_render_modes():
     render_test(lambda **mode: env(**few, **mode))
 
 
-def test_gymnasium_s_checker_draws_a_map_where_pygame_is_missing(monkeypatch):
+def test_where_pygame_is_missing_a_map_is_drawn_and_a_frame_says_what_to_install(monkeypatch):
     monkeypatch.setattr(viewer, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match=r"needs 'pygame': pip install 'swarm-forage\[render\]'"):
+        parallel_env(render_mode="rgb_array")
     made = gymnasium.make("SwarmForage/Near-v2").unwrapped
     assert made.metadata["render_modes"] == ["ansi"]
     check_env(made)
@@ -97,20 +100,12 @@ def test_a_window_without_a_display_is_refused_in_one_line(monkeypatch):
         made.reset(seed=1)
 
 
-def test_a_mode_without_pygame_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(viewer, "find_spec", lambda name: None)
-    with pytest.raises(ConfigError, match=r"needs 'pygame': pip install 'swarm-forage\[render\]'"):
-        parallel_env(render_mode="rgb_array")
-
-
 def test_nothing_is_loaded_until_somebody_looks():
     code = "from swarm_forage_env import parallel_env; parallel_env().reset(seed=1)"
     assert run_python("-c", f"{code}; import sys; print('pygame' in sys.modules)") == "False"
 
 
 def test_a_frame_of_an_episode_that_has_not_begun_is_refused():
-    from gymnasium.error import ResetNeeded
-
     with pytest.raises(ResetNeeded):
         parallel_env(render_mode="rgb_array", **few).render()
 

@@ -54,26 +54,22 @@ def test_an_environment_shows_its_moment_and_its_numbers():
 
 
 @pytest.mark.parametrize(
-    "make",
+    ("make", "controller"),
     [
-        lambda: gym.make("SwarmForage/ES1-v2", **few).unwrapped,
-        lambda: gym.make_vec("SwarmForage/ES1-v2", num_envs=3, **few),
-        lambda: ArrayEnv("es1", n_worlds=3, controller=["nc"] * 5 + ["ssgikf"] * 5, **few),
-        lambda: ArrayEnv("waypoints-05", max_cycles=3),
+        (lambda: gym.make("SwarmForage/ES1-v2", **few).unwrapped, "ssgikf"),
+        (lambda: gym.make_vec("SwarmForage/ES1-v2", num_envs=3, **few), "ssgikf"),
+        (lambda: ArrayEnv("es1", n_worlds=3, controller=["nc"] * 5 + ["ssgikf"] * 5, **few),
+         "nc, ssgikf"),
+        (lambda: ArrayEnv("waypoints-05", max_cycles=3), "boids-adaptive"),
     ],
     ids=["gymnasium", "vector", "arrays", "waypoints"],
-)
-def test_every_environment_shows_itself(make):
+)  # fmt: skip
+def test_every_environment_shows_itself_and_names_the_controller_that_runs(make, controller):
     env = make()
     env.reset(seed=1)
-    assert len(pictures(env._repr_html_())) == 1
-
-
-def test_titles_name_the_controller_that_runs():
-    assert "ssgikf, policy for motion" in parallel_env(**few)._repr_html_()
-    assert "boids-adaptive, policy for motion" in parallel_env("waypoints-05")._repr_html_()
-    mixed = ArrayEnv("es1", controller=["nc"] * 5 + ["ssgikf"] * 5, **few)
-    assert "nc, ssgikf, policy for motion" in mixed._repr_html_()
+    page = env._repr_html_()
+    assert len(pictures(page)) == 1
+    assert f"{controller}, policy for motion" in page
 
 
 def test_without_pygame_the_numbers_remain(monkeypatch):

@@ -69,18 +69,15 @@ def drawn(window, monkeypatch):
     return times
 
 
-def test_it_goes_at_real_time(window, scenes, clock):
-    for scene in scenes[:31]:
-        window.show(scene)
-    assert clock.now - 100.0 == pytest.approx(3.0, abs=0.01)
-
-
-def test_it_goes_at_a_multiple_and_draws_no_more_than_it_must(window, scenes, clock, drawn):
-    window.speed = 10.0
+@pytest.mark.parametrize(("speed", "n_least", "n_most"), [(1.0, 60, 240), (10.0, 15, 20)])
+def test_it_goes_at_its_speed_and_draws_no_more_than_it_must(
+    window, scenes, clock, drawn, speed, n_least, n_most
+):
+    window.speed = speed
     for scene in scenes:
         window.show(scene)
-    assert clock.now - 100.0 == pytest.approx(0.59, abs=0.04)
-    assert 15 <= len(drawn) <= 20
+    assert clock.now - 100.0 == pytest.approx(5.9 / speed, abs=0.04)
+    assert n_least <= len(drawn) <= n_most
 
 
 def test_keys_change_speed_and_what_is_shown(window, scenes):
@@ -124,23 +121,19 @@ def test_tab_and_click_select_a_robot(window, scenes, busy):
     assert window.show_what.selected is None
 
 
-def test_s_saves_what_is_seen(window, scenes, tmp_path, monkeypatch):
+def test_s_saves_what_is_seen_or_says_in_the_window_that_it_cannot(
+    window, scenes, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     window.show(scenes[0])
     press(pygame.K_s)
     window.show(scenes[1])
     (file,) = tmp_path.glob("es1-*.png")
     assert pygame.image.load(file).get_width() == 480
-
-
-def test_a_picture_that_cannot_be_saved_is_said_in_the_window(
-    window, scenes, tmp_path, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
-    window.show(scenes[0])
+    file.unlink()
     tmp_path.rmdir()
     press(pygame.K_s)
-    window.show(scenes[1])
+    window.show(scenes[2])
     assert "cannot write es1" in window._notice[0]
 
 

@@ -25,7 +25,11 @@ from tests.rendering.replay.test_browser import LOADED, opened, until  # noqa: F
 CONTROLLERS = "ssgiff", "learned-both"
 SHORT = "task.duration=600"
 WALLS = [{"points": [[x, -0.1], [x, 0.1]], "radius": 0.01} for x in (-0.425, 0.425)]
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=MISSING)
+
+
+def in_chromium(test):
+    """A test that needs it."""
+    return pytest.mark.browser(pytest.mark.skipif(CHROMIUM is None, reason=MISSING)(test))
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +56,7 @@ RECORDED = "(player.seek(60), Array.from({ length: 10 }, (_, i) => robotAt(i).x)
 TRIPS = "view.episodes.map(({ total }) => total[about.frames - 1])"
 
 
-@pytest.mark.browser
-@needs_chromium
+@in_chromium
 def test_the_page_makes_the_round_trips_that_evaluate_makes(page):
     for seed in (2, 2**53 - 1, 0):
         page.fill("#seed", str(seed))
@@ -72,8 +75,7 @@ CHOSEN = {
 """Addresses, and what they change of the scenario and of the first controller."""
 
 
-@pytest.mark.browser
-@needs_chromium
+@in_chromium
 @pytest.mark.parametrize("address", CHOSEN)
 def test_an_address_chooses_seed_and_numbers(opened, file, address):  # noqa: F811 the fixture
     page = opened(path=file)
@@ -89,8 +91,7 @@ def test_an_address_chooses_seed_and_numbers(opened, file, address):  # noqa: F8
     assert page.evaluate("arena.robotNear(...arena.place(robotAt(4).x, robotAt(4).y))") == 4
 
 
-@pytest.mark.browser
-@needs_chromium
+@in_chromium
 def test_a_visitor_drives_a_robot_as_a_learner_does_and_sees_what_it_sees(page):
     page.evaluate("player.play = () => {}")  # ticks are run by this test alone
     page.evaluate("view.chosen = 3; player.seek(60)")
@@ -120,8 +121,7 @@ def test_a_visitor_drives_a_robot_as_a_learner_does_and_sees_what_it_sees(page):
     assert page.evaluate(TRIPS)[0] == loop.world.robots["round_trips"].sum()
 
 
-@pytest.mark.browser
-@needs_chromium
+@in_chromium
 def test_without_web_assembly_a_recording_is_played(browser, file):
     page = browser.new_page()
     page.add_init_script("delete WebAssembly")
@@ -148,8 +148,7 @@ def test_no_two_sliders_write_the_same_bytes(file):
         assert sum(map(len, written.values())) == len(set.union(*written.values())) > 0
 
 
-@pytest.mark.browser
-@needs_chromium
+@in_chromium
 def test_the_page_draws_the_scene_of_a_moment(page):
     loop = Loop(find_scenario("es1"), find_controller(CONTROLLERS[0]), [0], "kinematic")
     loop.run(3000)
@@ -204,8 +203,7 @@ def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_p
     assert not (tmp_path / "x.html").exists()
 
 
-@pytest.mark.browser
-@needs_chromium
+@in_chromium
 def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, tmp_path):  # noqa: F811 the fixture
     pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
     file, network = tmp_path / "play.html", any_network(tmp_path, 8)

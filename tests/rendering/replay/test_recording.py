@@ -83,13 +83,9 @@ def test_robots_that_hear_nothing_are_recorded(made_up):
     assert unpacked(*recorded([silent]).pack())[2] == [set()]
 
 
-def test_scenes_come_in_order(made_up):
-    recording = recorded([made_up(3)])
+def test_scenes_come_in_order_and_nothing_recorded_cannot_be_packed(made_up):
     with pytest.raises(ConfigError, match=r"scene of 0.3 s after one of 0.3 s"):
-        recording.add(made_up(3))
-
-
-def test_nothing_recorded_cannot_be_packed():
+        recorded([made_up(3), made_up(3)])
     with pytest.raises(ConfigError, match="no scene was recorded"):
         Recording(10).pack()
 

@@ -43,21 +43,16 @@ def test_a_page_refers_to_nothing_outside_itself(replay):
     assert "default-src 'none'" in page
 
 
-def test_a_page_names_scenario_controller_seed_and_command(replay):
-    page = replay.page()
-    assert "<title>es1 · ssgikf · seed 1</title>" in page
-    assert "<h1>es1 · ssgikf · seed 1</h1>" in page
-    assert parts(page)[0]["command"] == COMMAND
-
-
-def test_names_cannot_break_out_of_their_place(stage, made_up):
+def test_a_page_names_all_it_shows_and_names_cannot_break_out_of_their_place(stage, made_up):
     name = '</script><b>&amp; $about "x"'
     replay = Replay(replace(stage, n_robots=3, controller=name), 1, name)
     replay.add(made_up(0))
     page = replay.page()
     about, _ = parts(page)
     assert (about["controller"], about["command"]) == (name, name)
-    assert html.unescape(re.search("<title>(.*?)</title>", page)[1]) == f"es1 · {name} · seed 1"
+    for tag in ("title", "h1"):
+        told = re.search(f"<{tag}>(.*?)</{tag}>", page)[1]
+        assert html.unescape(told) == f"es1 · {name} · seed 1"
     assert page.count("</script>") == 3
     assert "<b>" not in page
 
