@@ -36,7 +36,7 @@ def check_same_world(loop, world, other, other_world=0):
     assert mine.keys() == theirs.keys()
     states = [name for name in mine if not name.startswith("robots.action.")]
     different = [name for name in states if not _equal(mine[name], theirs[name])]
-    assert not different, f"after {loop.world.worlds['ticks'][world]} ticks"
+    assert not different, f"{different} after {loop.world.worlds['ticks'][world]} ticks"
 
 
 def _equal(one, other):

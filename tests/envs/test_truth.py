@@ -101,11 +101,8 @@ def test_a_learner_of_everything_has_no_beliefs_but_the_same_state(sampler):
     act = sampler(env, 0)
     for _ in range(50):
         *_, infos = env.step(act())
-    believed = [
-        n
-        for name, n in named(env).items()
-        if any(w in name for w in ("known", "believed", ".p.", "goal"))
-    ]
+    words = ("known", "believed", ".p.", "goal")
+    believed = [n for name, n in named(env).items() if any(word in name for word in words)]
     assert len(believed) == 10 * 11
     assert not any(believed)
     assert {info["localisation_error_m"] for info in infos.values()} == {0.0}

@@ -146,14 +146,6 @@ CROWD = {"n_robots": 15, "arena.length": 0.8, "arena.width": 0.8, "area_distance
 """So narrow an es1 that bodies touch each other and the walls in every tick."""
 
 
-def into_the_middle(world):
-    """Wheels that drive every robot at full speed into one clump [m/s]."""
-    x, y, theta = world.state.pose.T
-    off = np.angle(np.exp(1j * (np.arctan2(-y, -x) - theta)))
-    speed = world.scenario.robot.max_speed
-    return speed * np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
-
-
 @pytest.fixture(scope="session")
 def running():
     """A block of worlds under a controller."""

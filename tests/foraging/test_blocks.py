@@ -6,7 +6,6 @@ import pytest
 from swarm_forage_env.interface import KEEP, REPLACE
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from tests.foraging.conftest import CROWD, into_the_middle
 from tests.worlds import check_each_is_itself, everything
 
 ENGINES = ("rigid", "kinematic")
@@ -18,29 +17,6 @@ def test_a_world_in_a_block_is_the_world_alone(scenario, physics):
     scenario, controller = find_scenario(scenario), CONTROLLERS["ssgiff"]
     block = check_each_is_itself(scenario, controller, [11, 5, 8], physics, 500)
     assert block.world.state.messages.sum() > 0
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-def test_a_world_forgets_its_contacts_when_it_is_reset(running, go, physics):
-    used = running("es1", [4], physics).world
-    for _ in range(150):
-        go(used, into_the_middle(used))
-    used.reset([7])
-    fresh = running("es1", [7], physics).world
-    for _ in range(150):
-        go(used, into_the_middle(used))
-        go(fresh, into_the_middle(fresh))
-    np.testing.assert_array_equal(used.state.pose, fresh.state.pose)
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-def test_a_crowded_world_in_a_block_is_the_world_alone(running, go, physics):
-    block = running("es1", [3, 1, 2], physics, **CROWD).world
-    alone = running("es1", [1], physics, **CROWD).world
-    for _ in range(200):
-        go(block, into_the_middle(block))
-        go(alone, into_the_middle(alone))
-    assert block.robots[1].tobytes() == alone.robots[0].tobytes()
 
 
 def test_two_controllers_under_one_seed_meet_the_same_world(running):

@@ -8,7 +8,15 @@ from numpy.testing import assert_array_equal
 
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.scenarios import find_scenario
-from tests.foraging.conftest import CROWD, into_the_middle
+from tests.foraging.conftest import CROWD
+
+
+def into_the_middle(world):
+    """Wheels that drive every robot at full speed into one clump [m/s]."""
+    x, y, theta = world.state.pose.T
+    off = np.angle(np.exp(1j * (np.arctan2(-y, -x) - theta)))
+    speed = world.scenario.robot.max_speed
+    return speed * np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
 
 
 @pytest.mark.parametrize(("n_robots", "before"), [(1, 40), (2, 7), (15, 0), (15, 1), (15, 30),

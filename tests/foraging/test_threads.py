@@ -23,15 +23,6 @@ def test_the_same_bits_on_any_number_of_threads(running, bits, physics):
     assert loop.world.robots["round_trips"].sum() > 0
 
 
-@pytest.mark.parametrize("threads", [2, 20])
-def test_a_reset_starts_the_same_on_any_number_of_threads(running, bits, threads):
-    alone = running("es1", [3, 9], "kinematic", "dsgikf", threads=1)
-    used = running("es1", [1, 2], "kinematic", "dsgikf", threads=threads)
-    used.run(50)
-    used.reset([3, 9])
-    assert bits(used) == bits(alone)
-
-
 def test_two_blocks_share_the_threads_of_a_pool(running, bits):
     blocks = [running("es1", SEEDS, "kinematic", threads=2) for _ in range(2)]
     for _ in range(20):

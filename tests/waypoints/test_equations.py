@@ -4,13 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from scipy import stats
 
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from swarm_forage_env.waypoints.records import (
@@ -148,20 +145,6 @@ def test_range_and_bearing_are_normal_about_the_truth_for_each_robot_alone(fresh
         (bearing[1::2, 0] - (way - math.pi + 2.0)) / 0.02,
     ])  # fmt: skip
     check_standard_normals(errors, believable)
-
-
-@given(st.integers(0, 2**32), st.integers(2, 6))
-def test_without_noise_two_robots_see_each_other_along_one_line(seed, n):
-    rng = np.random.default_rng(seed)
-    pose = rng.uniform(-0.7, 0.7, (n, 3)) * [1.0, 1.0, 4.0]
-    words = rng.integers(0, 2**63, n).astype(np.uint64)
-    seen, far, bearing = sights(pose, n, words, range_noise=0.0, bearing_noise=0.0)
-    assert_array_equal(seen, seen.T)
-    assert_array_equal(far, far.T)
-    for i, j in np.argwhere(seen):
-        assert far[i, j] == pytest.approx(math.dist(pose[i, :2], pose[j, :2]), rel=1e-6)
-        there, back = bearing[i, j] + pose[i, 2], bearing[j, i] + pose[j, 2]
-        assert abs(wrap(there - back - math.pi)) < 1e-6
 
 
 @pytest.mark.parametrize("d", [0.98, 0.995, 1.0, 1.01])
