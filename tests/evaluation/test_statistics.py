@@ -12,7 +12,6 @@ from baselines.evaluation.statistics import (
     iqm_interval,
     mann_whitney_p,
     mean_interval,
-    middle,
     performance_profile,
     probability_of_improvement,
 )
