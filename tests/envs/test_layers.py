@@ -98,32 +98,21 @@ def test_a_motion_from_outside_is_the_motion_inside(parameters, busy):
     assert exchanges > 50
 
 
-def test_both_layers_from_outside_are_both_inside(busy):
+@pytest.mark.parametrize(
+    ("learn", "residual"), [("both", False), *product(FORAGING.residuals, [True])]
+)
+def test_both_layers_and_residuals_of_zero_from_outside_are_those_inside(learn, residual, busy):
     rule, parameters = SGIKF(), SubsumptionParameters()
     recipe = LayeredController("inside", SocialOdometryParameters(double=False), rule, parameters)
-    motion, weigh = motion_of(parameters, busy), weighting_of(rule, busy)
+    weigh, motion = weighting_of(rule, busy), motion_of(parameters, busy)
 
     def decide(seen):
-        return np.concatenate([weigh(seen), motion(seen)], axis=1)
+        weights = [weigh(seen)] if learn == "both" else []
+        wheels = np.zeros((10, 2), np.float32) if residual else motion(seen)
+        return np.concatenate([*weights, wheels], axis=1)
 
-    _, exchanges = assert_same_run("both", busy, recipe, decide)
+    _, exchanges = assert_same_run(learn, busy, recipe, decide, residual=residual)
     assert exchanges > 100
-
-
-@pytest.mark.parametrize("learn", FORAGING.residuals)
-def test_residuals_of_zero_are_the_hand_written_motion(learn, busy):
-    rule = SGIKF()
-    recipe = LayeredController("inside", SocialOdometryParameters(), rule, SubsumptionParameters())
-    weigh = weighting_of(rule, busy)
-
-    def decide(seen):
-        zeros = np.zeros((10, 2), np.float32)
-        if learn == "motion":
-            return zeros
-        return np.concatenate([weigh(seen), zeros], axis=1)
-
-    _, exchanges = assert_same_run(learn, busy, recipe, decide, residual=True)
-    assert exchanges > 50
 
 
 @pytest.mark.parametrize(

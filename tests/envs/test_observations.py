@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.spaces import Feature
+from tests.properties.test_any_scenario import A_FEW, scenarios
 
 FEW = {"task.n_robots": 4, "physics": "kinematic"}
 
@@ -28,38 +29,18 @@ def steps(env, n, seed=0):
 
 
 @given(
+    scenario=scenarios(),
     learn=st.sampled_from(list(LEARNABLE)),
     seed=st.integers(0, 2**64 - 1),
     decision_period=st.integers(1, 4),
     physics=st.sampled_from(["rigid", "kinematic"]),
     normalise=st.booleans(),
-    options=st.fixed_dictionaries(
-        {
-            "task.n_robots": st.integers(1, 12),
-            "task.duration": st.floats(5.0, 100.0),
-            "radio.max_range": st.floats(0.02, 1.0),
-            "radio.range_noise": st.floats(0.0, 0.2),
-            "radio.bearing_noise": st.floats(0.0, math.pi),
-            "radio.range_model": st.sampled_from(["uniform", "board"]),
-            "radio.frames": st.integers(1, 30),
-            "radio.slots": st.integers(1, 8),
-            "radio.exchange_time": st.floats(0.01, 2.0),
-            "sensors.wheel_noise": st.floats(0.0, 1.0),
-            "sensors.ground_noise": st.floats(0.0, 1.0),
-            "sensors.proximity_noise": st.floats(0.0, 1.0),
-            "robot.cruise_speed": st.floats(0.01, 0.129),
-            "area_distance": st.floats(0.62, 1.4),
-        }
-    ),
 )
-@settings(max_examples=25)
+@settings(A_FEW, max_examples=25)
 def test_whatever_the_scenario_no_number_is_nan_and_all_are_within_their_bounds(
-    learn, seed, decision_period, physics, normalise, options
+    scenario, seed, normalise, **options
 ):
-    env = parallel_env(
-        "es1", learn=learn, reward="team", shaping=0.5, normalise=normalise,
-        decision_period=decision_period, physics=physics, **options,
-    )  # fmt: skip
+    env = parallel_env(scenario, reward="team", shaping=0.5, normalise=normalise, **options)
     for space in (env.observation_space("epuck_0"), env.state_space):
         assert np.abs([space.low, space.high]).max() == 1.0 or not normalise
     box, rng = env.action_space("epuck_0"), np.random.default_rng(seed)

@@ -89,9 +89,8 @@ def test_without_reflexes_the_policy_alone_drives(driven):
         was_talking |= bool(talking(env).any())
         given = draw().astype(np.float64)
         env.step(given)
-        a, t = (given[0, :, 0] + 1.0) / 2.0, 0.3 * given[0, :, 1]
-        most = np.maximum(1.0, np.abs(a) + np.abs(t))
-        wanted = np.stack([(a - t) / most, (a + t) / most], 1)
+        ahead, turn = 0.5 * (given[0, :, :1] + 1.0), 0.3 * given[0, :, 1:] * [-1.0, 1.0]
+        wanted = (ahead + turn) / np.maximum(1.0, np.abs(ahead) + np.abs(turn))
         assert_allclose(env.world.robots["command"]["wheels"][0], wanted, atol=1e-6)
     assert was_talking
 

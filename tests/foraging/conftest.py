@@ -159,14 +159,13 @@ def running():
 
 @pytest.fixture(scope="session")
 def go():
-    """One tick of a world under the same command to all: wheels [m/s], and what is reported."""
+    """One tick of a world under the same command to all: wheels [m/s], and whether they speak."""
 
-    def tick(world, wheels=0.0, speaking=False, lost=False, known=False):
+    def tick(world, wheels=0.0, speaking=False):
         state = world.state
         speed = np.asarray(wheels) / world.scenario.robot.cruise_speed
         state.command.wheels[:] = speed
         state.command.is_speaking[:] = speaking
-        state.report.is_lost[:], state.report.known[:] = lost, known
         world.tick(0, world.n_worlds)
         return state
 

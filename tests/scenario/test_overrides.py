@@ -44,32 +44,33 @@ def test_a_word_that_two_fields_end_in_is_refused_with_both():
 
 
 @pytest.mark.parametrize(
-    ("typo", "meant"),
+    ("typo", "advice"),
     [
-        ("radio.maxrange", "radio.max_range"),
-        ("max_rnge", "radio.max_range"),
-        ("sensor.wheel_noise", "sensors.wheel_noise"),
-        ("tik", "tick"),
+        ("radio.maxrange", "did you mean 'radio.max_range'"),
+        ("max_rnge", "did you mean 'radio.max_range'"),
+        ("sensor.wheel_noise", "did you mean 'sensors.wheel_noise'"),
+        ("tik", "did you mean 'tick'"),
+        ("xyzzy", "known: arena"),
     ],
 )
-def test_a_typo_is_refused_with_the_nearest_name(typo, meant):
-    with pytest.raises(UnknownNameError) as error:
+def test_a_typo_is_refused_with_the_nearest_name_or_all_known(typo, advice):
+    with pytest.raises(UnknownNameError, match=f"^no scenario parameter named '{typo}', {advice}"):
         find_scenario("es1", {typo: 1.0})
-    assert str(error.value) == f"no scenario parameter named '{typo}', did you mean '{meant}'?"
 
 
-def test_a_name_like_no_other_is_refused_with_all_known():
-    with pytest.raises(
-        UnknownNameError, match=r"no scenario parameter named 'xyzzy', known: arena"
-    ):
-        find_scenario("es1", {"xyzzy": 1.0})
-
-
-@pytest.mark.parametrize(("typo", "advice"), [("ess1", "did you mean 'es1'"), ("?", "known: agg")])
+@pytest.mark.parametrize(
+    ("typo", "advice"),
+    [
+        ("ess1", "did you mean 'es1'"),
+        ("xyzzy", "known: agg"),
+        ("ES1", "did you mean 'es1'"),
+        ("SwarmForage/ES1-v2", "did you mean 'es1'"),
+        ("es1-v2", "did you mean 'es1'"),
+    ],
+)
 def test_an_unknown_scenario_is_refused_with_a_name_that_exists(typo, advice):
-    with pytest.raises(UnknownNameError) as error:
+    with pytest.raises(UnknownNameError, match=f"^no scenario named '{typo}', {advice}"):
         find_scenario(typo)
-    assert str(error.value).startswith(f"no scenario named '{typo}', {advice}")
 
 
 NUMBERS = [
@@ -175,12 +176,6 @@ def test_the_largest_swarm_that_is_not_refused_finds_room(seed, ratio, radius):
 
 def test_a_whole_path_wins_over_a_last_word():
     assert resolve("tick", {"tick": 0, "inner.tick": 0}, "parameter") == "tick"
-
-
-@pytest.mark.parametrize("name", ["ES1", "SwarmForage/ES1-v2", "es1-v2"])
-def test_a_name_in_capitals_and_an_id_of_gymnasium_are_understood(name):
-    with pytest.raises(UnknownNameError, match="did you mean 'es1'"):
-        find_scenario(name)
 
 
 @pytest.mark.parametrize("name", ["ssgikf", "ssgiff:beta=0.1"])
