@@ -5,6 +5,7 @@ import faulthandler
 import os
 import resource
 import signal
+import time
 
 # Before any package is imported: `arrays.checked` reads it once.
 os.environ["SWARM_CHECK_SHAPES"] = "1"
@@ -27,9 +28,34 @@ STDERR = os.dup(2)
 """Where stacks are printed; pytest captures the other one."""
 
 
+TOLD = 500
+"""After so many tests it is said how long the others will take."""
+
+
 def pytest_configure():
     """Not captured yet, if this file is one of those that pytest was asked for."""
     os.dup2(2, STDERR)
+
+
+def pytest_sessionstart(session):
+    """Where tests are counted: the process that spreads them over others, or the only one."""
+    if not hasattr(session.config, "workerinput"):
+        session.config.pluginmanager.register(TimeLeft(session))
+
+
+class TimeLeft:
+    """Says now and then how long the tests that are left will take, at the pace so far."""
+
+    def __init__(self, session):
+        self._session, self._begin, self._done = session, time.monotonic(), 0
+
+    def pytest_runtest_logfinish(self):
+        self._done += 1
+        if self._done % TOLD == 0:
+            left = self._session.testscollected - self._done
+            seconds = (time.monotonic() - self._begin) / self._done * left
+            reporter = self._session.config.pluginmanager.getplugin("terminalreporter")
+            reporter.write(f" about {seconds / 60.0:.0f} min left ")
 
 
 def pytest_collection_modifyitems(items):

@@ -61,7 +61,7 @@ Gain = tuple[float, float, float, float]  # a 2 x 2 gain matrix: xx, xy, yx, yy
 class EllipseMessage(Message):
     """A message with the error ellipse of each area. Writer: `compose`."""
 
-    short: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    short_axis: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
     """Standard deviation along the short axis; along the long axis it is p."""
     long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
     """Of the long axis in the body frame of the sender."""
@@ -70,7 +70,7 @@ class EllipseMessage(Message):
 class KeptEllipseMessage(KeptMessage):
     """A message that a robot repeats, with its error ellipses. Writer: `repeat_ellipse`."""
 
-    short: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    short_axis: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
     long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
 
 
@@ -101,7 +101,7 @@ def compose(mind: EllipseMind, numbers: Numbers) -> None:
         if message.told[area]:
             P = belief.moments[area]
             _, short, direction = to_ellipse(P[XX], P[XY], P[YY])
-            message.short[area] = short
+            message.short_axis[area] = short
             message.long_direction[area] = wrap(direction - belief.pose[2])
 
 
@@ -114,7 +114,7 @@ def accumulate_ellipse(
     for area in range(2):
         if message.told[area]:
             psi = heard_direction(beam[1], beam[2], message.long_direction[area])
-            long, short = message.p[area], message.short[area]
+            long, short = message.p[area], message.short_axis[area]
             xx, xy, yy = to_matrix(long, short, psi + belief.pose[2])
             belief.heard_cov[area, 0] += weight * xx
             belief.heard_cov[area, 1] += weight * xy
@@ -259,7 +259,7 @@ def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
     falsify(mind, lie)
     for area in range(2):
         if mind.message.told[area]:
-            mind.message.short[area] = mind.message.p[area]
+            mind.message.short_axis[area] = mind.message.p[area]
 
 
 @kernel
@@ -269,11 +269,11 @@ def repeat_ellipse(mind: EllipseMind) -> None:
     if repeat(mind):
         turned = kept.pose[2] - mind.belief.pose[2]
         for area in range(2):
-            message.short[area] = kept.short[area]
+            message.short_axis[area] = kept.short_axis[area]
             message.long_direction[area] = wrap(kept.long_direction[area] + turned)
     else:
         for area in range(2):
-            kept.short[area] = message.short[area]
+            kept.short_axis[area] = message.short_axis[area]
             kept.long_direction[area] = message.long_direction[area]
 
 

@@ -62,9 +62,9 @@ def test_a_lie_turns_shifts_or_replaces_the_place(falsehood, expected):
 
 def test_the_ellipse_of_a_lie_is_a_circle_of_the_p_told():
     found = mind(EllipseMind)
-    found["message"]["short"] = 0.2
+    found["message"]["short_axis"] = 0.2
     FUNCTIONS["falsify_ellipse"](found[0], lie(p=0.7)[0])
-    assert found["message"]["short"][0].tolist() == pytest.approx([0.7, 0.2])
+    assert found["message"]["short_axis"][0].tolist() == pytest.approx([0.7, 0.2])
     assert told(found)[2] == pytest.approx(0.7)
 
 
@@ -87,12 +87,12 @@ def test_a_stale_robot_goes_on_telling_the_first_place_in_its_own_frame(kind):
 
 def test_a_repeated_ellipse_turns_with_the_robot():
     found = mind(EllipseMind)
-    found["message"]["long_direction"], found["message"]["short"] = 0.3, 0.1
+    found["message"]["long_direction"], found["message"]["short_axis"] = 0.3, 0.1
     FUNCTIONS["repeat_ellipse"](found[0])
-    found["belief"]["pose"][:, 2], found["message"]["short"] = 0.2, 0.5
+    found["belief"]["pose"][:, 2], found["message"]["short_axis"] = 0.2, 0.5
     FUNCTIONS["repeat_ellipse"](found[0])
     assert found["message"]["long_direction"][0, 0] == pytest.approx(0.1)
-    assert found["message"]["short"][0, 0] == pytest.approx(0.1)
+    assert found["message"]["short_axis"][0, 0] == pytest.approx(0.1)
 
 
 def places_told(loop):

@@ -109,8 +109,8 @@ def words_of(messages: Any) -> Any:
     told = messages.told != 0
     plain = (told, messages.distance, messages.direction, messages.p)
     words[:, :8] = np.stack([np.where(told, each, 0.0) for each in plain], axis=2).reshape(-1, 8)
-    if "short" in messages.dtype.names:
-        ellipse = (messages.short, messages.long_direction)
+    if "short_axis" in messages.dtype.names:
+        ellipse = (messages.short_axis, messages.long_direction)
         more = np.stack([np.where(told, each, 0.0) for each in ellipse], axis=2)
         words[:, 8:] = more.reshape(-1, 4)
     return words

@@ -163,7 +163,7 @@ A_TICK = 0.1 * 168e6
 """Cycles of an STM32F407 in a tick."""
 
 ALL_EQUAL = "1000 of 1000 equal\n"
-EXPORTED = "ssgikf", "learned-both", "ssgiff", "ssgikf-sceptical", "learned-sceptical"
+EXPORTED = "ssgikf", "learned-both", "covariance", "ssgikf-sceptical", "learned-sceptical"
 NETWORKS = (0, "motion"), (8, "motion"), (0, "weighting"), (0, "both"), (8, "everything")
 """How many numbers each remembers, and the layers that it is."""
 
