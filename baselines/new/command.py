@@ -9,7 +9,7 @@ from string import Template
 from typing import Annotated, Literal
 
 import typer
-from typer import Argument, Option
+from typer import Argument
 
 from baselines.evaluation.common_options import FileOption
 from swarm_forage_env.atomic_write import write_atomically
