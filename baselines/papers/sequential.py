@@ -4,8 +4,8 @@ Episodes are added in blocks, both sides of a comparison under the same seeds. A
 every claim that is still open is looked at (`decision_of`), `len(LOOKS)` times at most, so that
 each interval has the level 1 - 0.05 / (looks x effects): the probability that any interval of a
 claim misses at any look is at most 5 % (Bonferroni; LanDeMets1983 spend the same 5 % less evenly).
-Each claim has 5 % of its own. Where a claim is of the best of several, as of the best beta, that is chosen by cross-validation
-(`CrossValidatedBest`), or by these same episodes, which a claim then says.
+Each claim has 5 % of its own. Where a claim is of the best of several, as of the best beta, that is
+chosen by cross-validation (`CrossValidatedBest`), or by these same episodes, which a claim says.
 """
 
 import json
