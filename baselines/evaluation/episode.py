@@ -28,8 +28,7 @@ def run_episodes(
 ) -> list[EpisodeT]:
     """Run one episode for each seed, side by side; each is the same when run alone.
 
-    Foraging gives a `ForagingEpisode` for each. The number of threads changes nothing but the
-    computing time. The observer is called with the loop at the start and after every tick.
+    Foraging gives a `ForagingEpisode` for each.
 
     >>> from swarm_forage_env.controllers import find_controller
     >>> from swarm_forage_env.scenarios import find_scenario
@@ -42,7 +41,7 @@ def run_episodes(
         controller: The controller of all robots, from `find_controller` or `find_controllers`.
         seeds: Seeds of the worlds; each episode depends on its own seed alone.
         physics: `rigid` or `kinematic`; None: the engine of the scenario.
-        threads: Threads that run the worlds.
+        threads: Threads that run the worlds; they change nothing but the computing time.
         observer: Called with the loop at the start and after every tick.
     """
     start = time.perf_counter()

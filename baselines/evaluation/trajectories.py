@@ -144,12 +144,8 @@ class TrajectoryRecorder:
 def find_trajectory(sources: Sequence[str], key: str, seed: int) -> Path | None:
     """The file of an episode's trajectory beside or in dataset folders; None if there is none."""
     name = f"{key}-seed{seed:08d}{ENDING}"
-    for source in sources:
-        own = Path(source)
-        for folder in (beside(own), own):
-            if (file := next(folder.rglob(name), None)) is not None:
-                return file
-    return None
+    folders = (folder for own in map(Path, sources) for folder in (beside(own), own))
+    return next((file for folder in folders for file in folder.rglob(name)), None)
 
 
 def read_trajectory(file: Path) -> pa.Table:

@@ -7,9 +7,9 @@ import typer
 from typer import Argument, Option
 
 from baselines.evaluation.common_options import (
+    FileOption,
     SettingsOption,
     controller_names,
-    path,
     scenario_names,
 )
 
@@ -33,7 +33,7 @@ def export(
     ] = False,
     out: Annotated[
         Path | None,
-        Option(parser=path, help="Folder of the files.", show_default="runs/export-<controller>"),
+        FileOption(help="Folder of the files.", show_default="runs/export-<controller>"),
     ] = None,
 ) -> None:
     """Write the controller of one robot as machine code, with a header and an example for C.

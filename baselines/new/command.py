@@ -9,9 +9,9 @@ from string import Template
 from typing import Annotated, Literal
 
 import typer
-from typer import Argument, Option
+from typer import Argument
 
-from baselines.evaluation.common_options import path
+from baselines.evaluation.common_options import FileOption
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 
@@ -45,7 +45,7 @@ def new(
     name: Annotated[str, Argument(help="Of the package, in lower case: my_rule.")],
     out: Annotated[
         Path | None,
-        Option(parser=path, help="Its folder, which must not be there.", show_default="<name>"),
+        FileOption(help="Its folder, which must not be there.", show_default="<name>"),
     ] = None,
 ) -> None:
     """Write a small package with a task, weighting rule, sensor or reward of your own.

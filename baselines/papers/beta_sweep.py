@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from baselines.evaluation.statistics import Estimate, compare, middle
-from baselines.papers.claim_types import Claim, Effect, Verdict, above, order_effect
+from baselines.papers.claim_types import DecidableClaim, Effect, Verdict, above, order_effect
 from baselines.papers.experiments import (
     CrossValidatedBest,
     Experiment,
@@ -56,7 +56,7 @@ class BetaSweep:
 
 
 @dataclass(frozen=True)
-class BestBeta(Claim):
+class BestBeta(DecidableClaim):
     """Claim: the best beta is the published one."""
 
     text: str
@@ -79,7 +79,7 @@ class BestBeta(Claim):
 
 
 @dataclass(frozen=True)
-class OptimumInsideRange(Claim):
+class OptimumInsideRange(DecidableClaim):
     """Claim: the best beta is neither the smallest nor the largest one."""
 
     text: str
@@ -100,7 +100,7 @@ class OptimumInsideRange(Claim):
 
 
 @dataclass(frozen=True)
-class OtherBetasBelow(Claim):
+class OtherBetasBelow(DecidableClaim):
     """Claim: every beta but the best stays below a reference; shown is the largest ratio."""
 
     text: str

@@ -7,12 +7,10 @@ touching that band; a share within 10 points; an order with a Mann-Whitney p bel
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Protocol, runtime_checkable
 
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 from baselines.papers.experiments import (
     Experiment,
-    HasExperiments,
     Metric,
     Pool,
     Results,
@@ -103,16 +101,6 @@ def order_effect(higher: Sequence[float], lower: Sequence[float]) -> Effect:
     return Effect(higher, lower, 1.0, math.inf)
 
 
-@runtime_checkable
-class DecidableClaim(HasExperiments, Protocol):
-    """Protocol of a claim that more episodes can decide (`baselines.papers.sequential`)."""
-
-    text: str
-
-    def effects(self, results: Results) -> Sequence[Effect]:
-        """The effects of the claim, all of which must lie where it says."""
-
-
 Verdict = tuple[float | str, Estimate | None, bool, float | None]
 """What was published, what is ours, whether it is reproduced, and the p of a comparison."""
 
@@ -127,6 +115,14 @@ class Claim(UsesFields):
         return claim_result(self.text, *self._verdict(results))
 
     def _verdict(self, results: Results) -> Verdict:
+        raise NotImplementedError
+
+
+class DecidableClaim(Claim):
+    """Base of the claims that more episodes can decide (`baselines.papers.sequential`)."""
+
+    def effects(self, results: Results) -> Sequence[Effect]:
+        """The effects of the claim, all of which must lie where it says."""
         raise NotImplementedError
 
 
@@ -152,7 +148,7 @@ def above(comparison: Comparison) -> bool:
 
 
 @dataclass(frozen=True)
-class Number(Claim):
+class Number(DecidableClaim):
     """Claim: the mean of a metric is near a published number."""
 
     text: str
@@ -171,7 +167,7 @@ class Number(Claim):
 
 
 @dataclass(frozen=True)
-class Below(Claim):
+class Below(DecidableClaim):
     """Claim: the mean of the round trips is less than a published bound."""
 
     text: str
@@ -188,7 +184,7 @@ class Below(Claim):
 
 
 @dataclass(frozen=True)
-class Share(Claim):
+class Share(DecidableClaim):
     """Claim: a share lies in a published range, 10 points allowed on either side.
 
     Of several sources, the one farthest from the range speaks for all.
@@ -216,7 +212,7 @@ class Share(Claim):
 
 
 @dataclass(frozen=True)
-class Ratio(Claim):
+class Ratio(DecidableClaim):
     """Claim: the ratio of two means is near a published number."""
 
     text: str
@@ -243,7 +239,7 @@ def band(claim: Number | Ratio) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Order(Claim):
+class Order(DecidableClaim):
     """Claim: one sample lies above another one, in every pair; shown is the least ratio."""
 
     text: str
@@ -268,7 +264,7 @@ class Order(Claim):
 
 
 @dataclass(frozen=True)
-class NoDifference(Claim):
+class NoDifference(DecidableClaim):
     """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio."""
 
     text: str
@@ -288,7 +284,7 @@ class NoDifference(Claim):
 
 
 @dataclass(frozen=True)
-class Contrast(Claim):
+class Contrast(DecidableClaim):
     """Claim: a number of each seed, such as a slope, is larger in one place than another."""
 
     text: str

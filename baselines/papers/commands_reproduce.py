@@ -12,13 +12,13 @@ from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
     EverySettingsOption,
+    FileOption,
     FirstSeedOption,
     PhysicsOption,
     ThreadsOption,
     WorkersOption,
     completion_of,
     find_backend,
-    path,
 )
 
 QUICK_EPISODES = 6  # replications of each experiment: the fewest that can show an order
@@ -50,8 +50,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     threads: ThreadsOption = 1,
     out: Annotated[
         Path | None,
-        Option(
-            parser=path,
+        FileOption(
             help="Folder of dataset, figures, claims and page.",
             show_default="runs/reproduce-<paper>",
         ),
@@ -60,9 +59,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     physics: PhysicsOption = None,
     page: Annotated[
         Path | None,
-        Option(
-            parser=path, help="Write the page here, its figures beside it.", show_default="in --out"
-        ),
+        FileOption(help="Write the page here, its figures beside it.", show_default="in --out"),
     ] = None,
     style: Annotated[
         PageStyleName,

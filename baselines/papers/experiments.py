@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 
@@ -20,15 +20,6 @@ Metric = Callable[[ForagingEpisode], float]  # a number of an episode
 FOLDS = 2  # groups of seeds: what is chosen on one is scored on the others
 
 
-@runtime_checkable
-class HasExperiments(Protocol):
-    """Protocol of what uses the episodes of experiments."""
-
-    @property
-    def experiments(self) -> "tuple[Experiment, ...]":
-        """The experiments whose episodes are used."""
-
-
 class UsesFields:
     """Base of a dataclass that uses the experiments in its fields: alone, in tuples or mappings."""
 
@@ -39,7 +30,7 @@ class UsesFields:
 
 
 def _experiments_in(held: object) -> "Iterator[Experiment]":
-    if isinstance(held, HasExperiments):
+    if hasattr(held, "experiments"):
         yield from held.experiments
     elif isinstance(held, Mapping | tuple):
         for each in held.values() if isinstance(held, Mapping) else held:
@@ -77,8 +68,12 @@ Results = Mapping[Experiment, Sequence[ForagingEpisode]]
 """The episodes of every experiment, all under the same seeds in the same order."""
 
 
-class Source(HasExperiments, Protocol):
+class Source(Protocol):
     """Protocol of a source of samples: one experiment, or a choice among several."""
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
 
     def draw(self, results: Results) -> list[ForagingEpisode]:
         """One episode for each seed, in the order of the seeds."""

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from typer import Option
 
 from baselines.cli import run, stoppable
-from baselines.evaluation.common_options import path
+from baselines.evaluation.common_options import FileOption
 from baselines.evaluation.console import say
 from baselines.evaluation.figure_page import (
     Caption,
@@ -209,7 +209,7 @@ def command(
     best: Annotated[int, Option(min=0, help="Best sets to check in all arenas.")] = 0,
     physics: Annotated[str, Option(help="Engine of these checks.")] = "rigid",
     seed: Annotated[int, Option(min=0, help="Seed of the search.")] = 0,
-    file: Annotated[Path, Option(parser=path, help="The sets; the page goes beside it.")] = FILE,
+    file: Annotated[Path, FileOption(help="The sets; the page goes beside it.")] = FILE,
 ) -> None:
     """Search the numbers that the papers leave open, check the best sets, and write the page.
 

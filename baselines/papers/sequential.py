@@ -1,19 +1,11 @@
 """Claims decided by as many episodes as that takes: a group sequential test of each claim.
 
 Episodes are added in blocks, both sides of a comparison under the same seeds. After each block
-every claim that is still open is looked at:
-
-- it holds, if the interval of each of its effects lies where the claim says;
-- it fails, if one interval lies outside;
-- it is equivalent, if it says that one side is above the other, and each interval that does not
-  show so lies within 3 % around equality;
-- otherwise it is open, and undecided after the last block.
-
-A claim is looked at `len(LOOKS)` times at most, so that each interval has the level
-1 - 0.05 / (looks x effects): the probability that any interval of a claim misses at any look is at
-most 5 % (Bonferroni; LanDeMets1983 spend the same 5 % less evenly). Each claim has 5 % of its own.
-Where a claim is of the best of several, as of the best beta, that is chosen by cross-validation
-(`CrossValidatedBest`), or by these same episodes, which a claim then says.
+every claim that is still open is looked at (`decision_of`), `len(LOOKS)` times at most, so that
+each interval has the level 1 - 0.05 / (looks x effects): the probability that any interval of a
+claim misses at any look is at most 5 % (Bonferroni; LanDeMets1983 spend the same 5 % less evenly).
+Each claim has 5 % of its own. Where a claim is of the best of several, as of the best beta, that is
+chosen by cross-validation (`CrossValidatedBest`), or by these same episodes, which a claim says.
 """
 
 import json
@@ -92,7 +84,7 @@ def resolution(effect: Effect, n: int) -> float:
 
 
 def decision_of(effect: Effect, low: float, high: float) -> Decision:
-    """What the interval of an effect says of it."""
+    """What the interval of an effect says of it; equivalent: within 3 % around equality."""
     if effect.low <= low and high <= effect.high:
         return "holds"
     if high < effect.low or low > effect.high:
