@@ -73,7 +73,7 @@ demo: $(LIGHT)  ## evaluate three baselines on es1: table, boxplot, dataset, rep
 	$(BIN)/swarm-forage watch es1 ssgikf --seconds 600 --html runs/demo.html
 
 model-cards: .venv-docs/.ready  ## a card of each bundled policy, as the Hugging Face Hub takes it: build/model-cards/
-	cd docs/hooks && $(CURDIR)/.venv-docs/bin/python model_cards.py $(CURDIR)/build/model-cards
+	cd docs/hooks && $(CURDIR)/.venv-docs/bin/python cards.py $(CURDIR)/build/model-cards
 
 score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff:beta=0.001 ssgiff dsgiff \

@@ -1,19 +1,27 @@
-"""A card for each environment and each rung of the ladder, written from the code."""
+"""A card for each environment, rung of the ladder and bundled policy, written from the code.
 
+`python cards.py FOLDER` writes those of the policies with the head that the Hugging Face Hub reads.
+"""
+
+import sys
 import textwrap
 from pathlib import Path
 from typing import Any
 
 import card_tables
-import model_cards
+import yaml
 
+import training.controllers  # noqa: F401 enters the learned controllers
+from baselines.controller import LayeredController
+from baselines.evaluation.scores import Score, read_scores
 from swarm_forage_env import parallel_env
 from swarm_forage_env.envs.registration import NAMES
-from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from training.ladder.page import best_shown, shown
 from training.ladder.rungs import RANDOM, Rung, read_rungs
+from training.policy_file import BUNDLED, Card, load_policy
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 
@@ -37,6 +45,14 @@ REWARDS = {
     " claim. [Waypoints](../environment.md#waypoints)",
 }
 
+POLICIES = sorted(file.stem for file in BUNDLED.glob("*.safetensors"))
+
+SEEN = {
+    "weighting": "what a robot and its partner believe of an area, and how they met",
+    "motion": "the robot's own sensors, the messages of a tick, and what it believes",
+}
+"""What a policy of each layer observes, in words."""
+
 
 def pages() -> dict[str, str]:
     """The text of every card by its place in the documentation."""
@@ -45,14 +61,14 @@ def pages() -> dict[str, str]:
         found[f"environments/{name}.md"] = _scenario_card(name)
     for rung in read_rungs().values():
         found[f"environments/ladder-{rung.name}.md"] = _rung_card(rung)
-    return found | model_cards.pages()
+    return found | {f"policies/{name}.md": _policy_card(name) for name in POLICIES}
 
 
 def navigation() -> list[object]:
     """Entries of the navigation for all cards."""
     ladder = [{_rung_title(r): f"environments/ladder-{r.name}.md"} for r in read_rungs().values()]
     worlds = [{name: f"environments/{name}.md"} for name in _scenarios()]
-    policies = [{name: f"policies/{name}.md"} for name in model_cards.NAMES]
+    policies = [{name: f"policies/{name}.md"} for name in POLICIES]
     return [
         "environments/index.md",
         {"Scenarios": worlds},
@@ -153,6 +169,57 @@ def _kind(name: str, rung: Rung) -> str:
     return "oracle" if name == rung.card.oracle else "learned, bundled"
 
 
+def model_card(name: str) -> str:
+    """The card as the Hub takes it: a head in YAML, and the text."""
+    results = [
+        {
+            "task": {"type": "reinforcement-learning", "name": "multi-robot foraging"},
+            "dataset": {
+                "type": each.scenario,
+                "name": f"{each.scenario}, {each.episodes} episodes",
+            },
+            "metrics": [{"type": "round_trips", "value": each.mean, "name": "round trips"}],
+        }
+        for each in _kept_scores(name)
+    ]
+    head = {
+        "license": "mit",
+        "library_name": "swarm-forage",
+        "tags": ["reinforcement-learning", "multi-agent", "swarm-robotics", "e-puck", "pettingzoo"],
+        "model-index": [{"name": name, "results": results}],
+    }
+    return f"---\n{yaml.safe_dump(head, sort_keys=False)}---\n\n{_policy_card(name)}"
+
+
+def _controllers(name: str) -> list[str]:
+    """The controllers in the box that run a policy."""
+    found = []
+    for each in CONTROLLERS.loaded():
+        if isinstance(each, LayeredController):
+            parts = {value for key, value in each.parameters.items() if key.endswith(".policy")}
+            found += [each.name] if name in parts else []
+    return found
+
+
+def _kept_scores(name: str) -> list[Score]:
+    """What these controllers score, by scenario, where that is kept."""
+    own = _controllers(name)
+    return [score for (_, controller), score in read_scores().items() if controller in own]
+
+
+def _policy_card(name: str) -> str:
+    """The text of a card."""
+    known: Card = load_policy(name).card
+    (layer, own), *_ = known.layers.items()
+    lines = textwrap.wrap(
+        known.command, 80, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+    )
+    terms = {"layer": layer, "own": own, "seen": SEEN[layer], "command": " \\\n".join(lines)}
+    terms |= {"runs": _controllers(name), "scores": _kept_scores(name)}
+    interval = "{0.mean:.0f} ({0.low:.0f} to {0.high:.0f})".format
+    return card_tables.rendered("policy", name=name, card=known, interval=interval, **terms)
+
+
 SHOWN = {
     "shown": shown,
     "best_shown": best_shown,
@@ -162,3 +229,10 @@ SHOWN = {
     "numbers": card_tables.numbers,
 }
 """What the templates call."""
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in POLICIES:
+        (folder / f"{name}.md").write_text(model_card(name), encoding="utf-8")

@@ -1,8 +1,8 @@
-"""An extension of mkdocstrings: fields of classes and arguments of functions become tables.
+"""Extensions of mkdocstrings: fields of classes and arguments of functions become tables.
 
 The fields of a model or a record become one table with type, default, unit and meaning, and so do
 the arguments that a section `Args:` of a docstring describes. An argument `**options` stands for
-the fields of `EnvConfig`.
+the fields of `EnvConfig`. Examples of docstrings become blocks of code, and lists lists.
 """
 
 import ast
@@ -59,6 +59,18 @@ class ParameterTables(griffe.Extension):
         """A table in the place of the section of arguments."""
         if not func.is_alias and func.docstring is not None and func.name != "__init__":
             func.docstring.value = with_table(func.docstring.value, func.parameters)
+
+
+class DoctestFences(griffe.Extension):
+    """Fences every paragraph that starts with `>>>`, which Markdown takes for a quotation.
+
+    A list that follows a sentence at once is set apart, as Markdown asks.
+    """
+
+    def on_object(self, *, obj: griffe.Object, **_: object) -> None:
+        """Fence the examples of one docstring."""
+        if obj.docstring is not None:
+            obj.docstring.value = "\n\n".join(map(_fenced, obj.docstring.value.split("\n\n")))
 
 
 def with_table(docstring: str, parameters: griffe.Parameters) -> str:
@@ -190,3 +202,10 @@ def _type(annotation: object) -> str:
 def _unit(meaning: str) -> str:
     found = UNIT.search(meaning)
     return found[1] if found else ""
+
+
+def _fenced(paragraph: str) -> str:
+    is_example = paragraph.lstrip().startswith(">>>")
+    if is_example:
+        return f"```pycon\n{paragraph}\n```"
+    return re.sub(r":\n- ", ":\n\n- ", paragraph)

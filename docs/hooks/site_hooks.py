@@ -10,7 +10,6 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import cards
-import glossary_links
 import make_equations
 import reference_pages
 import source_pages
@@ -90,9 +89,9 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, **_: object) ->
     html = typography.link_decisions(html, decisions, page.file.dest_uri)
     if page.file.src_uri == GLOSSARY:
         return html
-    words = glossary_links.terms((Path(config.docs_dir) / GLOSSARY).read_text(encoding="utf-8"))
+    words = typography.terms((Path(config.docs_dir) / GLOSSARY).read_text(encoding="utf-8"))
     target = os.path.relpath("glossary.html", Path(page.file.dest_uri).parent)
-    return glossary_links.linked(html, words, target)
+    return typography.link_terms(html, words, target)
 
 
 def _tutorials(files: Files, config: MkDocsConfig) -> Pages:

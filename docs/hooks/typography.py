@@ -1,8 +1,11 @@
-"""Where a line of a page may break: not between a number and its unit, nor inside a short name."""
+"""The text of a built page: where its lines may break, its links to decisions and to the glossary.
+
+A line does not break between a number and its unit, nor inside a short name.
+"""
 
 import os
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 TAG = re.compile(r"(<[^>]+>)")
@@ -37,6 +40,10 @@ HEADING = re.compile(rf'(<span class="doc doc-object-name[^"]*">)([^<]{{{WHOLE +
 """The name of what a part of the reference is about."""
 
 DECISION = re.compile(r"\b[Dd]ecision (\d{4})\b")
+
+TERM = re.compile(r"^### (?P<words>.+?) \{ ?#(?P<anchor>[\w-]+) ?\}$", re.MULTILINE)
+PLAIN = {"a", "code", *HEADS, "h5", "th", "figcaption"}
+"""In these elements no word is linked."""
 
 
 def set_lines(page: str) -> str:
@@ -79,6 +86,44 @@ def link_decisions(page: str, folder: Path, uri: str) -> str:
         return f'<a href="{target}">{match[0]}</a>'
 
     return changed(page, lambda text, _: DECISION.sub(link, text), {"a", "code", *HEADS})
+
+
+def terms(glossary: str) -> dict[str, str]:
+    """Every word of the glossary, in small letters, and its anchor; symbols of one letter left out.
+
+    >>> terms("### Round trip, trip {#round-trip}")
+    {'round trip': 'round-trip', 'trip': 'round-trip'}
+    """
+    return {
+        word.strip("` ").lower(): match["anchor"]
+        for match in TERM.finditer(glossary)
+        for word in match["words"].split(",")
+        if len(word) > 1
+    }
+
+
+def link_terms(page: str, words: Mapping[str, str], glossary: str) -> str:
+    """The HTML of a page, the first use of every word of the glossary a link to it.
+
+    >>> link_terms("<p>The nest, the nest.</p>", {"nest": "nest"}, "glossary.html")
+    '<p>The <a class="term" href="glossary.html#nest">nest</a>, the nest.</p>'
+    """
+    if not words:
+        return page
+    longest_first = sorted(words, key=len, reverse=True)
+    pattern = re.compile(
+        r"(?<![\w-])(" + "|".join(map(re.escape, longest_first)) + r")(?P<s>s?)(?![\w-])", re.I
+    )
+    seen: set[str] = set()
+
+    def link(match: re.Match[str]) -> str:
+        anchor = words[match[1].lower()]
+        if anchor in seen:
+            return match[0]
+        seen.add(anchor)
+        return f'<a class="term" href="{glossary}#{anchor}">{match[0]}</a>'
+
+    return changed(page, lambda text, _: pattern.sub(link, text), PLAIN)
 
 
 def changed(

@@ -6,7 +6,6 @@ from pathlib import Path
 import check_site
 import count
 import equation_markup
-import glossary_links
 import pytest
 import source_pages
 import typography
@@ -33,7 +32,7 @@ def test_links_of_a_page_from_the_root_are_led_into_the_documentation():
 def test_a_word_is_linked_once_and_never_in_code_or_headings():
     words = {"nest": "nest", "prey area": "prey"}
     page = "<h1>The nest</h1><p><code>nest</code> nests, the prey area; nest</p>"
-    assert glossary_links.linked(page, words, "g.html") == (
+    assert typography.link_terms(page, words, "g.html") == (
         '<h1>The nest</h1><p><code>nest</code> <a class="term" href="g.html#nest">nests</a>,'
         ' the <a class="term" href="g.html#prey">prey area</a>; nest</p>'
     )
@@ -42,7 +41,7 @@ def test_a_word_is_linked_once_and_never_in_code_or_headings():
 def test_every_heading_of_the_glossary_is_a_word_with_an_anchor():
     text = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
     headings = re.findall(r"^### ", text, re.MULTILINE)
-    assert len(set(glossary_links.terms(text).values())) == len(headings) > 20
+    assert len(set(typography.terms(text).values())) == len(headings) > 20
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import re
 import tomllib
 from pathlib import Path
 
-import model_cards
+import cards
 import pytest
 import yaml
 
@@ -51,9 +51,9 @@ def test_the_development_container_makes_a_target_that_there_is():
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", model_cards.NAMES)
+@pytest.mark.parametrize("name", cards.POLICIES)
 def test_a_card_of_a_policy_has_the_head_that_the_hub_reads_and_its_scores(name):
-    _, head, body = model_cards.card(name).split("---\n", 2)
+    _, head, body = cards.model_card(name).split("---\n", 2)
     known = yaml.safe_load(head)
     (index,) = known["model-index"]
     assert known["license"] == "mit"
