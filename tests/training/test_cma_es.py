@@ -15,7 +15,7 @@ from training.checkpoint import BEST_POLICY, CHECKPOINT, write_checkpoint
 from training.cma_es import CMAESTraining, fitness_of, initial_mean, initial_network, train
 from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
 from training.linear_motion_policy import linear_policy_of
-from training.policy_file import CurvePoint, load_policy, save_policy
+from training.policy_file import CurvePoint, load_policy
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 
@@ -130,18 +130,6 @@ def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
 
 
 @pytest.mark.usefixtures("_imagined")
-def test_a_search_does_not_go_on_among_other_weights(experiment, tmp_path):
-    copy = tmp_path / "mine.safetensors"
-    mine = experiment(budget=1, controller=f"learned-weighting:policy={copy}")
-    shipped = load_policy("weighting")
-    save_policy(copy, shipped.weights, shipped.card)
-    train(mine, str)
-    save_policy(copy, {k: 2.0 * each for k, each in shipped.weights.items()}, shipped.card)
-    with pytest.raises(ConfigError, match="learned-weighting weighting, sha256 = "):
-        train(mine, str)
-
-
-@pytest.mark.usefixtures("_imagined")
 def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, broken_anywhere):
     mine = experiment(budget=3, every=2)
     policy = broken_anywhere(train, mine, (CMAESTraining, "_save"), range(1, 6))
@@ -149,21 +137,10 @@ def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, b
 
 
 @pytest.mark.usefixtures("_imagined")
-@pytest.mark.parametrize(
-    ("changes", "complaint"),
-    [
-        ({"seed": 1}, "with seed = 0, not 1"),
-        ({"worlds": 2}, "with worlds = 1, not 2"),
-        ({"scenarios": ("es1:radio.frames=5",)}, "with scenarios = es1, not es1:radio.frames=5"),
-        ({"controller": "dsgiff"}, "with controller = ssgiff, not dsgiff"),
-        ({"controller": "ssgiff:mean_run=1"}, "ssgiff motion.mean_run = 0.33, not 1.0"),
-    ],
-)
-def test_the_folder_of_another_experiment_is_refused(experiment, changes, complaint):
+def test_the_folder_of_another_experiment_is_refused(experiment):
     train(experiment(budget=1), str)
-    with pytest.raises(ConfigError) as refusal:
-        train(experiment(budget=1, **changes), str)
-    assert complaint in str(refusal.value)
+    with pytest.raises(ConfigError, match=r"ssgiff motion.mean_run = 0.33, not 1.0"):
+        train(experiment(budget=1, controller="ssgiff:mean_run=1"), str)
 
 
 def test_the_value_is_the_mean_logarithm_over_the_scenarios():

@@ -1,7 +1,5 @@
 """Recorded exchanges by hand, what an error of them counts, and the reward of a weighting by it."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import torch
@@ -9,24 +7,8 @@ import torch
 from baselines.oracles.oracle import errors
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.records import Exchange
-from swarm_forage_env.record import rows
-from swarm_forage_env.scenarios import find_scenario
-from training import exchanges
-from training.exchanges import (
-    BATCH_SIZE,
-    MAX_SQUARED_ERROR,
-    REWARD_UNIT,
-    ErrorRewardVecEnv,
-    Exchanges,
-    RecordingWeighting,
-    error_reduction,
-)
-from training.learned_weighting import EXCHANGE_NETWORK, REPUTATION_NETWORK
-from training.policy_file import observation_layout
-
-SCENARIO = find_scenario("es1")
-LAYOUT = observation_layout("weighting", SCENARIO)
+from training.error_rewards import REWARD_UNIT, ErrorRewardVecEnv, error_reduction
+from training.exchanges import BATCH_SIZE, MAX_SQUARED_ERROR, Exchanges
 
 
 def single(*rows):
@@ -99,81 +81,6 @@ def test_a_batch_is_1024_whole_rows_drawn_by_its_generator():
     again = found.draw(torch.Generator().manual_seed(0))
     np.testing.assert_array_equal(again.observed, batch.observed)
     assert (found.draw(draws).observed != batch.observed).any()
-
-
-ROWS = 4
-KNOWN = np.array([(1, 1), (1, 1), (0, 1), (1, 0)], np.bool_)
-TOLD = np.array([(1, 1), (1, 0), (1, 1), (0, 0)], np.bool_)
-GOALS = np.array([0, 1, 1, 0])
-"""Of four exchanges the first is of both areas, and the robot heads for the nest; of the others
-each lacks something."""
-
-
-def met():
-    """The four exchanges as the layer sees them, and as the robots remember them."""
-    told = Exchange.array((1, ROWS))
-    told["is_valid"], told["goal"] = 1.0, np.eye(3)[GOALS]
-    told["own_known"], told["heard_known"] = KNOWN, TOLD
-    told["own_p"], told["heard_p"] = KNOWN * single(2.0, 3.0), TOLD * single(1.0, 1.0)
-    told["own_visited"][..., 1] = 1
-    told["right"], told["wrong"] = np.arange(ROWS), 10.0 + np.arange(ROWS)
-    for name, first in (("support", 20.0), ("suspicion", 30.0), ("dissent", 40.0)):
-        told[name] = first + np.arange(8.0).reshape(ROWS, 2)
-    told["n_averaged"] = 8.0
-    return told, rows(told)
-
-
-def record(monkeypatch, architecture, double):
-    """What a recorder of a network of zeros keeps of the four exchanges, and what it answers."""
-    own = np.arange(16.0).reshape(ROWS, 2, 2)
-    monkeypatch.setattr(exchanges, "errors", lambda minds, world: (own, -own))
-    told, seen = met()
-    running = SimpleNamespace(
-        estimator=SimpleNamespace(numbers={"double": double}),
-        minds={"estimator": {"exchange": told}},
-    )
-    numbers = np.zeros(1 + len(architecture.features) + 1, np.float32)
-    weighting = RecordingWeighting(numbers, LAYOUT, architecture)
-    recorder = weighting.start_knowing(running, SimpleNamespace(rows=ROWS))
-    answer = recorder(seen)
-    (found,) = weighting.recorded
-    assert {each.dtype for each in found._columns} == {np.dtype(np.float32)}
-    for column, sign in ((found.own_error, 1.0), (found.heard_error, -1.0)):
-        row = (np.abs(column[:, 0]) // 4).astype(int)
-        area = (np.abs(column[:, 0]) % 4 // 2).astype(int)
-        np.testing.assert_array_equal(column, sign * own[row, area])
-        np.testing.assert_array_equal(found.area, np.eye(2)[area])
-        np.testing.assert_array_equal(found.known, KNOWN[row, area])
-        shown = LAYOUT.records(found.observed[:, : len(LAYOUT)])["exchange"]
-        np.testing.assert_array_equal(shown.own_p, seen.own_p[row])
-    return found, list(zip(row.tolist(), area.tolist(), strict=True)), answer
-
-
-@pytest.mark.parametrize(
-    ("double", "kept"), [(0.0, [(0, 0)]), (1.0, [(0, 0), (0, 1), (1, 0), (2, 1)])]
-)
-def test_what_both_know_is_kept_of_the_goal_or_under_a_double_filter_of_both(
-    monkeypatch, double, kept
-):
-    # of the second exchange the nest is known to both, but the robot heads for the prey
-    expected = [*kept[:1], (2, 1)] if not double else kept
-    found, rows, answer = record(monkeypatch, EXCHANGE_NETWORK, double)
-    assert rows == expected
-    assert found.observed.shape == (len(rows), len(LAYOUT))
-    both = KNOWN & TOLD
-    ahead = single(2.0, 3.0) - 1.0
-    np.testing.assert_allclose(answer, both / (1.0 + np.exp(-ahead)), atol=1e-6)
-
-
-def test_among_liars_unknown_areas_are_kept_too_with_what_is_remembered(monkeypatch):
-    found, rows, answer = record(monkeypatch, REPUTATION_NETWORK, 0.0)
-    assert rows == [(0, 0), (2, 0), (2, 1)]
-    expected = [
-        (1, 0, 0, 10, 20, 30, 40), (0, 0, 2, 12, 24, 34, 44), (1, 1, 2, 12, 25, 35, 45),
-    ]  # fmt: skip
-    np.testing.assert_array_equal(found.observed[:, len(LAYOUT) :], expected)
-    ahead = KNOWN * single(2.0, 3.0) - 1.0
-    np.testing.assert_allclose(answer, TOLD / (1.0 + np.exp(-ahead)), atol=1e-6)
 
 
 TERMS = {"learn": "weighting", "step_on": "exchange", "physics": "kinematic"}

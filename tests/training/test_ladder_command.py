@@ -170,19 +170,12 @@ def test_a_decision_of_four_robots_lasts_their_ticks():
     assert robot_steps_of_a_decision({**TINY, "decision_period": 1, "discrete": True}) == 4.0
 
 
-@pytest.mark.parametrize(
-    ("words", "status"),
-    [
-        (("cards", "--workers=0"), 2), (("cards", "--workers=1"), 0),
-        (("ladder", "--workers=0"), 2), (("ladder", "--workers=1"), 0),
-        (("ladder", "--budget=0"), 2), (("ladder", "--budget=1"), 0),
-        (("ladder", "--seeds=-1"), 2), (("ladder", "--seeds=0"), 0), ((), 2),
-    ],
-)  # fmt: skip
-def test_numbers_of_commands_have_bounds(call, words, status):
-    result, _ = call(*words)
-    assert result.exit_code == status, result.output
-    assert ("Usage" in result.output) == (status == 2)
+@pytest.mark.parametrize("words", ["cards --workers=0", "ladder --workers=0", "ladder --budget=0",
+                                   "ladder --seeds=-1", ""])  # fmt: skip
+def test_numbers_of_commands_have_bounds(call, words):
+    result, _ = call(*words.split())
+    assert result.exit_code == 2
+    assert "Usage" in result.output
 
 
 def test_a_rung_without_scores_is_told_of_before_anything_trains(call, monkeypatch):

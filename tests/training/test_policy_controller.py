@@ -162,17 +162,6 @@ def test_a_model_without_a_card_says_which_numbers_do_not_fit(model, scenario, t
     assert named.policy.decision_period == 5
 
 
-def test_a_model_tells_under_which_keywords_and_beside_which_controller_it_was_trained(
-    model, tmp_path
-):
-    model(learn="weighting", controller="dsgiff:beta=0.02")
-    found = find_controller(f"sb3:{tmp_path / 'model.zip'}")
-    assert found.policy.learn == "weighting"
-    assert found.parameters["weighting.beta"] == 0.02
-    other = find_controller(f"sb3:{tmp_path / 'model.zip'},controller=ssgikf")
-    assert other.layer_names["weighting"] == "sgikf"
-
-
 @pytest.mark.parametrize("discrete", [False, True])
 def test_a_network_in_torchscript_is_a_controller(discrete, scenario, tmp_path):
     keywords = {"discrete": discrete, "decision_period": 5}
