@@ -47,6 +47,7 @@ def test_the_table_shows_means_with_intervals_and_the_comparison(episodes):
     words = "13.0", "33.0", "Round trips against nc", "20.0 (", "2.54 (", "0.029"
     for each in words:  # the last is p: 2 of 70 rankings
         assert each in text
+    assert "sound" not in text
 
 
 @pytest.mark.parametrize("trips", [[0, 0, 0], [5, 5, 5], [5]])
