@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -120,11 +121,7 @@ class Believers:
 @pytest.fixture
 def believers(numbers_of):
     """Robots of one world under an estimator with these parameters."""
-
-    def start(n_robots, **parameters):
-        return Believers(numbers_of, n_robots, **parameters)
-
-    return start
+    return partial(Believers, numbers_of)
 
 
 def turned(theta):

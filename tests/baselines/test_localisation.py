@@ -29,6 +29,10 @@ from baselines.estimators.joint_update import (
     multiply_factors,
 )
 from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
+from baselines.estimators.small_matrices import (
+    inverse3,
+    spectral_norm3,
+)
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.loop import Loop
@@ -45,9 +49,8 @@ VAR_RANGE, VAR_BEARING = 0.01**2, 0.02**2
 EPSILON = 1e-6
 
 ENTRIES = st.floats(-1.0, 1.0).map(lambda x: round(x, 6))
-COVARIANCES = arrays(np.float64, (3, 3), elements=ENTRIES).map(
-    lambda root: root @ root.T + 0.05 * np.eye(3)
-)
+MATRICES = arrays(np.float64, (3, 3), elements=ENTRIES)
+COVARIANCES = MATRICES.map(lambda root: root @ root.T + 0.05 * np.eye(3))
 ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
 
 
@@ -432,3 +435,23 @@ def test_without_noise_dead_reckoning_is_the_motion(setting):
         assert np.abs(np.angle(np.exp(1j * off[:, 2]))).max() < 1e-3
     assert state.right.sum() > 10
     assert state.wrong.sum() <= 1
+
+
+def test_a_matrix_without_an_inverse_has_no_finite_one():
+    out = np.full((3, 3), 7.0)
+    inverse3(np.ones((3, 3)), out)
+    assert not np.isfinite(out).any()
+
+
+@given(MATRICES.map(lambda each: each + each.T))
+def test_the_spectral_norm_is_the_largest_absolute_eigenvalue(P):  # noqa: N803
+    largest = np.abs(np.linalg.eigvalsh(P)).max()
+    assert spectral_norm3(P) == pytest.approx(largest, rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("diagonal", "norm"),
+    [((0, 0, 0), 0), ((0.1, 0.1, 0.1), 0.1), ((1, 1, 3), 3), ((1, 3, 3), 3), ((-5, 0, 4), 5)],
+)
+def test_the_spectral_norm_of_a_diagonal_is_its_largest_number(diagonal, norm):
+    assert spectral_norm3(np.diag(np.array(diagonal, float))) == pytest.approx(norm, rel=1e-8)

@@ -166,6 +166,14 @@ def test_a_file_without_a_column_or_with_another_text_is_named(kept, column, tex
         read_groups([str(kept.folder)])
 
 
+def test_a_dataset_of_before_there_were_faults_is_read(kept):
+    file = files(kept)[0]
+    whole = pq.ParquetFile(file).read()
+    sound = [name for name in whole.column_names if "sound" in name]
+    pq.write_table(whole.drop_columns(sound), file)
+    assert read_groups([str(kept.folder)])[0].episodes[0].round_trips_sound is None
+
+
 def test_settings_that_make_no_scenario_are_refused(kept):
     group = read_groups([str(kept.folder)])[0]
     tree = json.loads(group.settings)

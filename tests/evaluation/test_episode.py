@@ -1,21 +1,19 @@
 """An episode: what it holds, and that it does not depend on its company."""
 
-import json
+from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.episode import run_episodes
-from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.listing import describe, detail_table
-from baselines.evaluation.tables import report, to_json
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from baselines.evaluation.tables import report
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints.episode import WaypointEpisode
 from tests.evaluation.conftest import printed, run
 
 
@@ -78,26 +76,19 @@ def test_the_series_agree_with_the_numbers_at_the_end(configure):
 
 
 SHORT = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 60.0}
-SOUND = ("sound_robots", "round_trips_sound", "on_path_share_sound", "lost_events_sound")
-
-
-def episodes(seeds=(0, 1), controller="ssgikf", **faults):
-    scenario = find_scenario("es1", SHORT | faults)
-    return run_episodes(scenario, find_controller(controller), seeds, "kinematic")
 
 
 def test_the_sound_robots_are_those_without_a_fault():
+    controller, nobody = find_controller("ssgikf"), {"faults.mute.share": 1.0}
+    (episode,) = run_episodes(find_scenario("es1", SHORT | nobody), controller, [0], "kinematic")
+    assert (episode.sound_robots, episode.round_trips_sound) == (0, 0)
+    assert episode.on_path_share_sound is episode.localisation_error_sound_m is None
     faults = {"faults.liar.robots": (0, 4), "faults.deaf.robots": (4,)}
-    found = episodes(**faults)
     scenario = find_scenario("es1", SHORT | faults)
-    loop = Loop(scenario, find_controller("ssgikf"), (0, 1), "kinematic")
-    for _ in range(600):
-        loop.step()
+    loop = Loop(scenario, controller, (0, 1), "kinematic")
+    loop.run(600)
     trips = loop.world.robots["round_trips"]
-    for episode in episodes(**{"faults.mute.share": 1.0}):
-        assert (episode.sound_robots, episode.round_trips_sound) == (0, 0)
-        assert episode.on_path_share_sound is episode.localisation_error_sound_m is None
-    for w, episode in enumerate(found):
+    for w, episode in enumerate(run_episodes(scenario, controller, (0, 1), "kinematic")):
         assert episode.sound_robots == 8
         assert episode.round_trips == trips[w].sum()
         assert episode.round_trips_sound == np.delete(trips[w], [0, 4]).sum()
@@ -105,33 +96,100 @@ def test_the_sound_robots_are_those_without_a_fault():
     assert trips[:, [0, 4]].any()
 
 
-def test_tables_tell_of_sound_robots_where_there_are_faults():
-    assert "sound" not in printed(report(episodes()))
-    found = episodes(**{"faults.liar.share": 0.2})
-    assert "sound" in printed(report(found))
-    assert json.loads(to_json(found))[0]["round_trips_sound"] == found[0].round_trips_sound
+def configuration_of(controller="boids-adaptive", scenario="waypoints-10", **task):
+    numbers = {f"task.{name}": value for name, value in task.items()}
+    chosen = find_scenario(scenario, numbers)
+    return ExperimentConfig(controller, chosen, find_layered_controller(controller), "kinematic")
 
 
-def test_a_dataset_of_before_is_read_and_one_that_lacks_more_is_not(tmp_path):
-    scenario = find_scenario("es1", SHORT)
-    configuration = ExperimentConfig("nc", scenario, find_controller("nc"), "kinematic")
-    Dataset(tmp_path).keep(configuration, episodes((0,), "nc"))
-    (file,) = tmp_path.rglob("*.parquet")
-    whole = pq.ParquetFile(file).read()
-    before = whole.drop_columns([*SOUND, "localisation_error_sound_m"])
-    pq.write_table(before, file)
-    (group,) = read_groups([str(tmp_path)])
-    assert group.episodes[0].round_trips_sound is None
-    pq.write_table(before.drop_columns(["messages"]), file)
-    with pytest.raises(ConfigError, match=r"lacks .*messages"):
-        read_groups([str(tmp_path)])
+@pytest.fixture
+def waypoint_episode():
+    """A made-up one."""
+    return WaypointEpisode(
+        scenario="waypoints-10",
+        controller="boids-adaptive",
+        seed=3,
+        physics="kinematic",
+        n_robots=10,
+        duration_s=100.0,
+        covariance_norm=0.1 + 0.2,
+        position_error_m=1 / 3,
+        largest_error_m=1.25,
+        goals_per_robot=2.1,
+        false_goals_per_robot=1.4,
+        success_rate=0.6,
+        wall_s=1.5,
+    )
 
 
-def test_every_fault_is_listed_with_its_fields():
-    groups = describe("es1")["parameters"]
-    assert "faults" not in groups
-    for name in ("dead", "worn", "deaf", "mute", "blind", "liar", "stale"):
-        fields = [each["name"] for each in groups[f"faults.{name}"]]
-        assert f"faults.{name}.share" in fields
-    assert all(each["origin"] for each in groups["faults.liar"])
-    assert "faults.liar.conspire" in printed(detail_table("es1"), 160)
+def test_the_numbers_are_those_of_the_world_and_the_beliefs():
+    (episode,) = run(configuration_of(duration=0.5), [0])
+    assert episode.success_rate is None, "nobody claimed anything"
+    configuration = configuration_of(scenario="waypoints-50-authors")
+    scenario = configuration.scenario
+    loop = Loop(scenario, configuration.controller, [3, 4], "kinematic")
+    norms, errors = [], []
+    belief, robots = loop.controller.minds["estimator"]["belief"], loop.world.robots
+    for _ in range(scenario.n_ticks):
+        loop.step()
+        norms.append(np.linalg.norm(belief["P"], 2, axis=(2, 3)))
+        off = belief["pose"][:, :, :2] - robots["pose"][:, :, :2]
+        errors.append(np.linalg.norm(off, axis=2))
+    assert loop.situation.has_arrived.any(), "claims of the last tick count"
+    loop.world.judge(loop.situation.has_arrived)
+    for world, episode in enumerate(run(configuration, [3, 4])):
+        right, wrong = robots["right"][world].sum(), robots["wrong"][world].sum()
+        assert episode.goals_per_robot == right / 50
+        assert episode.false_goals_per_robot == wrong / 50
+        assert episode.success_rate == right / (right + wrong)
+        samples = 50 * (200 + 2)
+        norm, off = np.array(norms)[:, world], np.array(errors)[:, world]
+        assert episode.covariance_norm == pytest.approx(norm.sum() / samples)
+        assert episode.position_error_m == pytest.approx(off.sum() / samples)
+        assert episode.largest_error_m == pytest.approx(off.max())
+    assert robots["right"].sum() > 5
+
+
+def test_an_episode_is_found_as_it_was_kept(dataset, waypoint_episode):
+    configuration = configuration_of()
+    other = replace(waypoint_episode, seed=2**64 - 1, success_rate=None)
+    dataset.keep(configuration, [waypoint_episode, other])
+    assert dataset.find(configuration, 3) == waypoint_episode
+    assert dataset.find(configuration, 2**64 - 1) == other
+    assert dataset.find(configuration, 4) is None
+    assert dataset.find(configuration_of("boids-goal"), 3) is None
+    assert dataset.find(configuration_of(tolerance=0.1), 3) is None
+
+
+def test_a_dataset_of_before_is_read_in_which_no_error_was_ever_missing(dataset, waypoint_episode):
+    dataset.keep(configuration_of(), [waypoint_episode])
+    (file,) = dataset.folder.rglob("*.parquet")
+    table = pq.ParquetFile(file).read()
+    number = table.schema.get_field_index("position_error_m")
+    before = table.schema.field(number).with_nullable(False)
+    pq.write_table(table.set_column(number, before, table.column(number)), file)
+    (group,) = read_groups([str(dataset.folder)])
+    assert group.episodes == (waypoint_episode,)
+
+
+def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_episode, episode):
+    configuration = configuration_of()
+    dataset.keep(configuration, [episode])
+    assert dataset.find(configuration, 3) is None
+    dataset.keep(configuration, [waypoint_episode])
+    assert dataset.find(configuration, 3) == waypoint_episode
+
+
+def test_the_table_shows_means_and_compares_goals(waypoint_episode):
+    goals = {"boids-goal": [1.0, 1.2, 1.4, 1.6], "boids-adaptive": [3.0, 3.1, 3.5, 3.6]}
+    text = printed(report([
+        replace(waypoint_episode, controller=controller, seed=seed, goals_per_robot=count)
+        for controller, counts in goals.items()
+        for seed, count in enumerate(counts)
+    ]))  # fmt: skip
+    assert "waypoints-10: 10 robots, 100 s, kinematic physics, seeds 0 to 3" in text
+    assert "Goals per robot against boids-goal" in text
+    for mean in ("1.3", "3.3", "60.0", "33.3"):  # success in percent, error in centimetres
+        assert mean in text
+    assert "…" not in text
+    assert "nan" not in text.lower()

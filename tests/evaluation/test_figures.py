@@ -12,6 +12,7 @@ from baselines.evaluation.commands import FIGURE_NAMES
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.figure_page import page_style
 from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
+from baselines.evaluation.figures.weights import DISAGREEMENTS, LONGEST, STEPS
 from baselines.evaluation.line_plots import path_over_time, recruited_over_time
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
@@ -298,3 +299,37 @@ def test_paths_draw_the_obstacles_and_name_the_areas_beside_the_map(walled):
     assert sides[0].extents == pytest.approx([0.3, 0.3, 0.4, 0.4])
     assert legend(figure) == ["nest", "prey"]
     assert not figure.axes[0].texts
+
+
+def maps_of(figure):
+    """The weights of each map, heard paths in rows and own paths in columns."""
+    return [np.asarray(axes.images[0].get_array()) for axes in figure.axes if axes.images]
+
+
+def test_a_map_is_the_weight_of_each_pair_of_paths_and_rules_share_the_scale():
+    figure = draw("weights", "ssgikf", "ssgiff:beta=0.01")
+    panels = [axes for axes in figure.axes if axes.images]
+    assert len(panels) == 2 * len(DISAGREEMENTS)
+    assert {axes.images[0].get_clim() for axes in panels} == {(0.0, 1.0)}
+    assert (LONGEST, STEPS) == (12.0, 61)
+    own, heard = 20, 10  # 4 m and 2 m
+    sgikf, sgiff = maps_of(figure)[:2]
+    assert sgikf[heard, own] == pytest.approx(4.0 / (4.0 + 2.0))
+    assert sgiff[heard, own] == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
+
+
+def test_what_a_message_costs_is_added_to_what_the_partner_went():
+    plain, wary = (maps_of(draw("weights", name))[0] for name in ("ssgiff", "dsgiff-penalised"))
+    np.testing.assert_allclose(wary[:-20], plain[20:])  # 4 m
+
+
+def test_labels_of_contours_stand_within_their_map():
+    figure = draw("weights", "ssgikf", "ssgiff", "dsgiff-penalised", "learned-weighting")
+    figure.canvas.draw()
+    for axes in (each for each in figure.axes if each.images):
+        frame = axes.get_window_extent()
+        boxes = [label.get_window_extent() for label in axes.texts]
+        assert boxes
+        for box in boxes:
+            assert frame.x0 <= box.x0 < box.x1 <= frame.x1
+            assert frame.y0 <= box.y0 < box.y1 <= frame.y1

@@ -24,6 +24,7 @@ def test_a_field_is_told_with_value_unit_and_origin():
     radius = parameters("es1")["robot.radius"]
     assert (radius["value"], radius["unit"], radius["origin"]) == (0.035, "m", "published")
     assert radius["meaning"] == "Body radius. TR 6.1"
+    assert "faults.liar.conspire" in parameters("es1")
 
 
 def test_a_number_of_its_own_is_told_with_its_own_origin(tmp_path):

@@ -4,10 +4,12 @@ import csv
 import io
 import json
 from dataclasses import asdict, replace
+from types import SimpleNamespace
 
 import pytest
 from rich.text import Text
 
+from baselines.evaluation.noise_search import noise_lines
 from baselines.evaluation.tables import FittingTable, report, to_csv, to_json
 from tests.evaluation.conftest import printed
 
@@ -47,6 +49,7 @@ def test_the_table_shows_means_with_intervals_and_the_comparison(episodes):
     words = "13.0", "33.0", "Round trips against nc", "20.0 (", "2.54 (", "0.029"
     for each in words:  # the last is p: 2 of 70 rankings
         assert each in text
+    assert "sound" not in text
 
 
 @pytest.mark.parametrize("trips", [[0, 0, 0], [5, 5, 5], [5]])
@@ -104,3 +107,53 @@ def test_a_name_is_broken_at_its_marks_only_where_it_must_be():
     assert [line.strip().removesuffix("1").strip() for line in narrow.splitlines()[1:]] == [
         "ssgikf-sceptical:", "agreement=0.4,", "slack=0.5",
     ]  # fmt: skip
+
+
+@pytest.fixture
+def lines(episode):
+    """The lines of policies: chance or None for a hand-written controller, and round trips."""
+
+    def lines_of(*rows):
+        parameters = [
+            {"beta": 1.0} if chance is None else {"policy.chance": chance} for chance, _ in rows
+        ]
+        configurations = [
+            SimpleNamespace(label=f"policy{k}", controller=SimpleNamespace(parameters=each))
+            for k, each in enumerate(parameters)
+        ]
+        episodes = [[replace(episode, round_trips=n) for n in trips] for _, trips in rows]
+        return list(noise_lines(configurations, episodes))
+
+    return lines_of
+
+
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        ([(False, [240, 0, 250])], ["differ by 142 round trips"]),
+        ([(False, [240, 200, 235])], []),
+        ([(False, [1000, 1100])], []),
+        (
+            [(False, [70, 80]), (True, [160, 170])],
+            ["it makes 75 round trips without, and 165 with"],
+        ),
+        ([(False, [150, 150]), (True, [160, 170])], []),
+        ([(True, [240, 0]), (None, [240, 0])], []),
+        ([(False, [5])], []),
+    ],
+)
+def test_it_is_told_by_episodes_that_differ_and_by_a_score_far_below_that_with_noise(
+    lines, rows, says
+):
+    told = lines(*rows)
+    assert len(told) == len(says)
+    for line, part in zip(told, says, strict=True):
+        assert line.startswith("policy policy0 searches by its noise: ")
+        assert part in line
+        assert line.endswith("; compare it with policy0,chance=true")
+
+
+def test_episodes_without_round_trips_have_none():
+    controller = SimpleNamespace(parameters={"policy.chance": False})
+    configuration = SimpleNamespace(label="x", controller=controller)
+    assert not list(noise_lines([configuration], [[SimpleNamespace(goals=3)]]))

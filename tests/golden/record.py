@@ -12,7 +12,6 @@ Data is of one kind of machine: the engine `rigid` and what is drawn in NumPy ca
 import platform
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
@@ -70,13 +69,11 @@ def differences(golden: Recording, found: Recording) -> list[str]:
     return said
 
 
-def load(folder: Path = DATA) -> dict[str, Recording]:
+def load() -> dict[str, Recording]:
     """The golden recordings by name of the case."""
     found: dict[str, Recording] = {}
-    for kind in KINDS:
-        if not (folder / f"{kind}.npz").exists():
-            continue
-        with np.load(folder / f"{kind}.npz") as data:
+    for file in DATA.glob("*.npz"):
+        with np.load(file) as data:
             for key in data.files:
                 name, _, part = key.rpartition("#")
                 into = found.setdefault(name, Recording({}, {}))
@@ -88,9 +85,8 @@ def load(folder: Path = DATA) -> dict[str, Recording]:
     return found
 
 
-def save(recordings: dict[str, Recording], cases: dict[str, Case], folder: Path = DATA) -> None:
+def save(recordings: dict[str, Recording], cases: dict[str, Case]) -> None:
     """Write the recordings of these cases, a file for each kind; those of other cases go."""
-    folder.mkdir(exist_ok=True)
     for kind in KINDS:
         arrays: dict[str, Array] = {}
         kept = [name for name in sorted(recordings) if name in cases and cases[name].kind == kind]
@@ -99,16 +95,16 @@ def save(recordings: dict[str, Recording], cases: dict[str, Case], folder: Path 
             arrays[f"{name}#{' '.join(made.checksums)}"] = np.stack([*made.checksums.values()])
             for result, numbers in made.results.items():
                 arrays[f"{name}#end {result}"] = np.array(numbers, "<i8")
-        np.savez_compressed(folder / f"{kind}.npz", **arrays)
-    (folder / "machine.txt").write_text(f"{MACHINE}\n", encoding="utf-8")
+        np.savez_compressed(DATA / f"{kind}.npz", **arrays)
+    (DATA / "machine.txt").write_text(f"{MACHINE}\n", encoding="utf-8")
 
 
-def main(arguments: Iterable[str] | None = None) -> int:
+def main() -> int:
     """The command; 1 if something differs."""
     parser = ArgumentParser("python -m tests.golden.record", description=__doc__)
     parser.add_argument("--check", action="store_true", help="compare, and write nothing")
     parser.add_argument("--only", default="", help="cases with this in their name")
-    options = parser.parse_args(None if arguments is None else [*arguments])
+    options = parser.parse_args()
     cases, golden, different = all_cases(), load(), 0
     chosen = [case for name, case in cases.items() if options.only in name]
     for case in chosen:

@@ -172,31 +172,23 @@ def test_who_is_off_by_the_side_of_the_world_has_diverged(numbers, n_lost):
 @pytest.mark.parametrize(("setting", "number"), [("authors", 4), ("corrected", 7)])
 def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, number, setting):
     monkeypatch.setattr(adaptive_boids, "mean_panels", lambda *arguments: arguments)
-    (figure,) = (
-        each for each in adaptive_boids.figures()
-        if each.name == f"boids{number}_{setting}"
-    )  # fmt: skip
-    measure = (COVARIANCE, ERROR, GOALS, SUCCESS)[number - 4]
-    field = measure.field
-    results = {each: [replace(EPISODE, **{field: 1.0}), replace(EPISODE, **{field: 3.0})]
-               for each in figure.experiments}  # fmt: skip
+    figures = {(each.setting, each.number): each for each in adaptive_boids.figures()}
+    figure, measure = figures[setting, number], MEASURES[number - 4]
+    results = {
+        each: [replace(EPISODE, **{measure.field: value}) for value in (1.0, 3.0)]
+        for each in figure.experiments
+    }
     nobody = boids_experiment(setting, "decentralised_ekf", "static", 10)
-    results[nobody] = [replace(EPISODE, **{field: None})]
-    panels, axes, caption, one_y, controllers = figure.draw(results, "a command")
+    results[nobody] = [replace(EPISODE, **{measure.field: None})]
+    panels, _, caption, *_ = figure.draw(results, "a command")
     factor = 100.0 if measure is SUCCESS else 1.0
-    assert list(panels) == list(NAMES)
-    for words, rules in panels.items():
-        assert list(rules) == ["goal", "static", "adaptive"]
-        for rule, means in rules.items():
-            gone = [(words, rule, n) == ("decentralised EKF", "static", 10) for n in SIZES]
-            assert means.x.tolist() == [0.05, 0.1, 0.25, 0.5]  # robots on 100 m2
-            for found, value in ((means.mean, 2.0), (means.low, 1.0), (means.high, 3.0)):
-                expected = np.where(gone, np.nan, value * factor)
-                np.testing.assert_allclose(found, expected)
-            theirs = [published()[NAMES[words], rule, n][measure.column][0]
-                      if n != 25 and setting == "authors" else np.nan for n in SIZES]  # fmt: skip
-            np.testing.assert_array_equal(means.published, theirs)
-    assert axes == ("robots per m$^2$", measure.axis)
-    assert one_y is True
-    assert controllers == {rule: f"boids-{rule}" for rule in ("goal", "static", "adaptive")}
+    for (words, estimator), rule in product(NAMES.items(), RULES):
+        means = panels[words][rule]
+        gone = [boids_experiment(setting, estimator, rule, n) == nobody for n in SIZES]
+        assert means.x.tolist() == [0.05, 0.1, 0.25, 0.5]  # robots on 100 m2
+        for found, value in ((means.mean, 2.0), (means.low, 1.0), (means.high, 3.0)):
+            np.testing.assert_allclose(found, np.where(gone, np.nan, value * factor))
+        theirs = [published()[estimator, rule, n][measure.column][0]
+                  if n != 25 and setting == "authors" else np.nan for n in SIZES]  # fmt: skip
+        np.testing.assert_array_equal(means.published, theirs)
     assert "n = 2 trials each" in caption.note
