@@ -226,7 +226,7 @@ def _is_alike(loop: Loop, usual: Loop) -> bool:
     kinds, slots = [], []
     for each in (loop, usual):
         kinds.append([own.dtype for own in (*memory_of(each), *each.controller.compiled.firsts)])
-        slots.append(_scenario(each).slots)
+        slots.append(_scenario(each).radio.slots)
     return kinds[0] == kinds[1] and slots[0] == slots[1]
 
 

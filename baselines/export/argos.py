@@ -84,7 +84,7 @@ def experiment(exported: ExportedRobot, seed: int) -> Xml.Element:
             shape = {"id": f"disc_{k}", "radius": each.radius, "height": HEIGHT}
             disc = _add(arena, "cylinder", **shape, movable="false")
             _add(disc, "body", position=_numbers((*each.points[0], 0.0)), orientation="0,0,0")
-    bytes_told = 2 + 2 * scenario.slots + exported.message_dtype.itemsize
+    bytes_told = 2 + 2 * scenario.radio.slots + exported.message_dtype.itemsize
     world = exported.loop(seed).world
     for k, (x, y, heading) in enumerate(world.robots["pose"][0]):
         robot = _add(arena, "e-puck", id=f"epuck_{k}", rab_range=scenario.radio.max_range,

@@ -15,7 +15,7 @@ WHEELS = paths("", "robots.action", Action, "wheels")
 
 def slots(scenario: EpuckScenario) -> Mapping[str, int]:
     """How many message slots are observed in a scenario."""
-    return {"slots": scenario.slots}
+    return {"slots": scenario.radio.slots}
 
 
 _TURN = Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0)

@@ -214,7 +214,7 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
         "ground_ahead": sensors.ground_ahead,
         "ground_spacing": sensors.ground_spacing,
         "is_board": radio.is_board,
-        "slots": scenario.slots,
+        "slots": radio.slots,
         "full_reception_range": radio.near,
         "reach": reach_of(scenario),
         "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
