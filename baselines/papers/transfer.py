@@ -31,6 +31,7 @@ BASE = "ssgikf"
 
 POLICIES = (
     "dsgiff-penalised", "learned-weighting", "learned-motion", "learned-both", "learned-sceptical",
+    "learned-robust",
 )  # fmt: skip
 """What is held against `ssgikf`: the best of the hand-written filters, and the policies."""
 

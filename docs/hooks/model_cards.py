@@ -107,8 +107,8 @@ def body(name: str) -> str:
         f"{told}\n",
         "## Limits\n",
         "It was trained and tested in simulation alone. What becomes of it with other robots,"
-        ' noise, areas and obstacles stands under "Policies in other worlds" of the documentation:'
-        " in some of these worlds it falls below the hand-written controller.\n",
+        ' noise, areas and obstacles, and where it falls below the hand-written controller, stands'
+        ' under "In other worlds" in the documentation.\n',
     ))  # fmt: skip
 
 
