@@ -31,7 +31,7 @@ from swarm_forage_env.random_streams import streams
 
 ES1, SSGIKF = find_scenario("es1"), find_controller("ssgikf")
 BODY, SENSORS, RADIO, TASK, DT = ES1.robot, ES1.sensors, ES1.radio, ES1.task, ES1.tick
-SOCIAL, MOTION, N, SLOTS = SSGIKF.estimator, SSGIKF.motion, TASK.n_robots, ES1.slots
+SOCIAL, MOTION, N, SLOTS = SSGIKF.estimator, SSGIKF.motion, TASK.n_robots, RADIO.slots
 NEST, PREY, NONE, ROBOTS, AREAS = 0, 1, -1, np.arange(N), np.arange(2)
 WALLS = 0.5 * np.array([ES1.arena.length, ES1.arena.width])
 BRIGHTNESS = np.array([0.0, 0.5, 1.0])  # of nest, prey and the rest: black, grey, white

@@ -43,6 +43,12 @@ NAMED = (
         LearnedWeighting(policy="weighting-both"),
         LearnedMotion(policy="motion-both"),
     ),
+    LayeredController(
+        "learned-robust",
+        PENALISED,
+        LearnedWeighting(policy="weighting-both"),
+        LearnedMotion(policy="motion-robust"),
+    ),
     LayeredController("learned-sceptical", REPUTATION, LearnedReputation(), SUBSUMPTION),
 )
 
@@ -50,6 +56,7 @@ ABOUT = {
     "learned-weighting": "a network weighs what is heard, over dsgiff-frequent",
     "learned-motion": "a linear policy corrects the motion, over ssgiff",
     "learned-both": "a learned weighting and motion, over dsgiff-penalised",
+    "learned-robust": "learned-both with a motion that was trained in twelve worlds",
     "learned-sceptical": "a network weighs by who told what and how it turned out",
 }
 """Each controller in words."""

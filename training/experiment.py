@@ -161,8 +161,7 @@ class Experiment:
                 if observation_features(layer, scenario) != features:
                     raise ConfigError(
                         f"scenarios '{first[0]}' and '{name}': show other numbers to the {layer},"
-                        " so that no policy fits both; radio.slots and task.n_robots decide how"
-                        " many"
+                        " so that no policy fits both; radio.slots decides how many"
                     )
 
     @cached_property

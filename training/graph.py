@@ -53,7 +53,7 @@ class Edges:
                 f"observation={type(self).__name__}: shows who was heard by radio, and robots of a"
                 f" {type(scenario).__name__} have none; take a scenario of e-pucks, as es1"
             )
-        n = scenario.slots
+        n = scenario.radio.slots
         senders = [Feature(f"{SENDER}{k}", "number, from 1", 0.0, len(agents)) for k in range(n)]
         return [*senders, *BEAMS.features({"slots": n}, scenario)]
 

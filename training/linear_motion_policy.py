@@ -199,7 +199,7 @@ def linear_motion(policy: Array, scenario: Scenario) -> MotionLayer:
     numbers = {
         **SubsumptionParameters().numbers(scenario),
         "policy": np.asarray(policy, np.float32).astype(np.float64),
-        "slots": scenario.slots,
+        "slots": scenario.radio.slots,
         "path_per_wheel": 0.5 * scenario.robot.cruise_speed * scenario.tick,
     }
     return MotionLayer(steer, numbers, SearchCourse, kernels=WHERE_A_LEARNER_STEERS)

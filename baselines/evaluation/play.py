@@ -207,7 +207,7 @@ def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> 
 def _records(loop: Loop) -> tuple[object, ...]:
     """What machine code depends on: swarms of which it is equal run each other's."""
     arrays = *memory_of(loop), *loop.controller.compiled.firsts
-    return [each.dtype for each in arrays], _scenario(loop).slots
+    return [each.dtype for each in arrays], _scenario(loop).radio.slots
 
 
 def _slider(

@@ -89,7 +89,7 @@ def _bodies(exported: ExportedRobot, seed: int) -> Iterator[str]:
             size = f'radius="{each.radius:.6g}" height="{HEIGHT:g}"'
             yield _body(f'cylinder id="disc_{k}" {size} movable="false"', each.points[0], 0.0)
     radio = f'rab_range="{scenario.radio.max_range:.6g}"'
-    radio += f' rab_data_size="{2 + 2 * scenario.slots + exported.message_dtype.itemsize}"'
+    radio += f' rab_data_size="{2 + 2 * scenario.radio.slots + exported.message_dtype.itemsize}"'
     for k, (x, y, heading) in enumerate(exported.loop(seed).world.robots["pose"][0]):
         own = '  <controller config="swarm_forage" />'
         yield _body(f'e-puck id="epuck_{k}" {radio}', (x, y), heading, own)

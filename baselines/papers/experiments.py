@@ -44,6 +44,7 @@ class Experiment:
     scenario: str
     controller: str
     settings: tuple[str, ...] = ()  # numbers of the scenario to change: `task.n_robots=5`
+    physics: str | None = None  # its own engine, whatever that of the others is
 
     @property
     def experiments(self) -> tuple["Experiment", ...]:
@@ -59,7 +60,7 @@ class Experiment:
         changes = parse_settings(settings) | parse_settings(self.settings)
         with of_option("--set: "):
             scenario = find_scenario(self.scenario, changes)
-        engine = physics or task_of(scenario).physics
+        engine = self.physics or physics or task_of(scenario).physics
         controller = find_layered_controller(self.controller)
         return ExperimentConfig(self.controller, scenario, controller, engine)
 

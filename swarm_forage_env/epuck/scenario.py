@@ -140,11 +140,6 @@ class EpuckScenario(BaseScenario):
         return self.faults.falsifying
 
     @property
-    def slots(self) -> int:
-        """Messages that a robot can hear in a tick: at most one of each other robot."""
-        return min(self.radio.slots, max(1, self.task.n_robots - 1))
-
-    @property
     def areas(self) -> Float64[Array, "areas 2"]:
         """Centres of the areas on the floor at the start, world frame [m]; here none."""
         return np.zeros((0, 2))

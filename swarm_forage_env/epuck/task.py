@@ -45,7 +45,7 @@ WHEELS = paths("", "robots.action", Action, "wheels")
 
 def slots(scenario: EpuckScenario) -> Mapping[str, int]:
     """How many message slots are observed in a scenario."""
-    return {"slots": scenario.slots}
+    return {"slots": scenario.radio.slots}
 
 
 def _drive(speed: str, command: Kernel) -> Steering:

@@ -188,7 +188,7 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
         "arena": (scenario.arena.length, scenario.arena.width),
         "encoder_error": noise * cruise_speed * scenario.tick,
         "is_board": scenario.radio.is_board,
-        "slots": scenario.slots,
+        "slots": scenario.radio.slots,
         "full_reception_range": scenario.radio.near,
         "reach": reach_of(scenario),
         "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),

@@ -9,8 +9,7 @@ from types import SimpleNamespace
 import pytest
 from rich.text import Text
 
-from baselines.evaluation.noise_search import noise_lines
-from baselines.evaluation.tables import FittingTable, report, to_csv, to_json
+from baselines.evaluation.tables import FittingTable, noise_lines, report, to_csv, to_json
 from tests.evaluation.conftest import printed
 
 

@@ -83,7 +83,7 @@ class Block:
         self.worlds["n_obstacles"] = len(standing)
         self.obstacles = np.repeat(standing[None], n_worlds, axis=0)
         shape = n_worlds, n_robots
-        self.robots = RobotState.array(shape, slots=scenario.slots)
+        self.robots = RobotState.array(shape, slots=scenario.radio.slots)
         self.robots["pose"] = places
         self.robots["command"]["is_speaking"] = True
         for column, source in enumerate(SOURCES):

@@ -131,7 +131,7 @@ def foraging_readout(loop: ForagingLoop) -> Readout:
       before it, i8 (rows, 2), ticks on the path i8 (rows)
     """
     world, state, s = loop.world, loop.world.state, loop.situation
-    heard, n_slots = state.heard, world.scenario.slots
+    heard, n_slots = state.heard, world.scenario.radio.slots
     full, beam = heard.is_valid[:, :n_slots] > 0, heard.range_bearing[:, :n_slots]
     sender, frames = heard.sender[:, :n_slots], heard.n_averaged[:, :n_slots].astype(np.int32)
     goal = np.array([0, 1, -1], np.int8)[s.goal.argmax(axis=1)]

@@ -7,8 +7,14 @@ import torch
 from baselines.oracles.oracle import errors
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
-from training.error_rewards import REWARD_UNIT, ErrorRewardVecEnv, error_reduction
-from training.exchanges import BATCH_SIZE, MAX_SQUARED_ERROR, Exchanges
+from training.exchanges import (
+    BATCH_SIZE,
+    MAX_SQUARED_ERROR,
+    REWARD_UNIT,
+    ErrorRewardVecEnv,
+    Exchanges,
+    error_reduction,
+)
 
 
 def single(*rows):

@@ -41,7 +41,7 @@ def test_a_graph_worked_out_by_hand():
     expected = [[0.5, 0.25, -0.25], [0.4, 0.75, 0.125], [0.3, -1.0, 0.0]]
     assert_allclose(graph.edge_attr, expected, rtol=1e-6)
     assert graph.batch.tolist() == [0, 0, 0, 1, 1, 1]
-    assert graph.x.shape == (6, graphs.n_features) == (6, len(names) - 8)
+    assert graph.x.shape == (6, graphs.n_features) == (6, len(names) - 16)
     features, adjacency, edges = graphs.dense(graph)
     assert adjacency.tolist() == [[[0, 1, 1], [0, 0, 0], [0, 0, 0]], [[0] * 3, [0] * 3, [1, 0, 0]]]
     assert (adjacency @ features)[:, :, 0].tolist() == [[5.0, 0.0, 0.0], [0.0, 0.0, 4.0]]

@@ -47,7 +47,8 @@ def saved(tmp_path, make_card, arrays):
 
 def test_a_motion_fits_worlds_that_show_what_it_was_trained_on(tmp_path, make_card):
     motion = saved(tmp_path, make_card, SHAPES)
-    for scenario in (None, SCENARIO, find_scenario("waypoints-05")):
+    alone, many = (find_scenario("es1", {"task.n_robots": n}) for n in (1, 9))
+    for scenario in (None, SCENARIO, alone, many, find_scenario("waypoints-05")):
         motion.check_usable(scenario)
     narrow = find_scenario("es1", {"radio.slots": "1"})
     for ask in (motion.check_usable, motion.layer):
