@@ -257,6 +257,7 @@ def test_a_world_reset_alone_goes_on_as_the_world_alone():
         assert_same(everything(block, 2), everything(again))
         for loop in (block, twin, alone, again):
             loop.step()
+    assert block.world.is_over.tolist() == [False, False, False]
 
 
 @every_estimator
