@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env import ticks
-from swarm_forage_env.arrays import Array, Float64, UInt64
+from swarm_forage_env.arrays import Array, Bool, Float64, UInt64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -104,6 +104,12 @@ class World(ABC):
     def state(self) -> Rows:
         """The truth with a row for each robot of every world; `state.pose` is a column of it."""
         return rows(self.robots)
+
+    @property
+    def is_over(self) -> Bool[Array, " worlds"]:
+        """The scenario's time is up in each world."""
+        n_ticks = [scenario.n_ticks for scenario in self.scenarios]
+        return np.asarray(self.worlds["ticks"] >= n_ticks)
 
     def reset(
         self,

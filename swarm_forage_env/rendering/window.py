@@ -83,7 +83,7 @@ class Window:
         self._due = scene.time + self.speed / FPS
         self._wait_for(scene)
         self._draw()
-        while self.paused and not self.closed and not self._one_step:
+        while self._waits():
             time.sleep(1.0 / FPS)
             self._answer()
             self._draw()
@@ -127,6 +127,9 @@ class Window:
             if early <= 0.0:
                 return
             time.sleep(min(early, 1.0 / FPS))
+
+    def _waits(self) -> bool:
+        return self.paused and not self.closed and not self._one_step
 
     def _set_clock(self) -> None:
         if self._scene is not None:
