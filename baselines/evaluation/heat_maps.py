@@ -1,7 +1,6 @@
 """Heat maps in panels: shaded tables, robot densities over the arena, and confidence weights."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Literal
 
@@ -43,12 +42,9 @@ Table = Mapping[str, Mapping[str, Estimate | None]]
 """Means by row and column; None, or left out, where there is none."""
 
 
-@dataclass(frozen=True)
-class Density:
-    """Robots per square metre in cells of the arena, mean over time."""
-
-    values: Float64[Array, "ys xs"]  # [1/m^2], from the lower left corner
-    stage: Stage  # the arena, and which controller moved the robots
+Density = tuple[Float64[Array, "ys xs"], Stage]
+"""Robots per square metre in cells of the arena, mean over time, from the lower left corner; the
+arena, and which controller moved the robots."""
 
 
 def table_panels(
@@ -105,18 +101,18 @@ def _cell_text(cell: Estimate | None) -> str:
 
 def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure:
     """A figure of robot densities on one scale, with the arenas: walls, obstacles and areas."""
-    shape = max(each.stage.width / each.stage.length for each in densities.values())
+    shape = max(stage.width / stage.length for _, stage in densities.values())
     figure, all_axes = _map_grid(len(densities), MAP, shape)
-    top = max(float(density.values.max()) for density in densities.values())
+    top = max(float(values.max()) for values, _ in densities.values())
     names: list[str] = []
-    for axes, (title, density) in zip(all_axes, densities.items(), strict=True):
-        x, y = density.stage.length / 2, density.stage.width / 2
+    for axes, (title, (values, stage)) in zip(all_axes, densities.items(), strict=True):
+        x, y = stage.length / 2, stage.width / 2
         image = axes.imshow(
-            density.values, origin="lower", cmap=SHADES, norm=PowerNorm(0.5, 0.0, top),
+            values, origin="lower", cmap=SHADES, norm=PowerNorm(0.5, 0.0, top),
             extent=(-x, x, -y, y),
         )  # fmt: skip
-        names += draw_arena(axes, density.stage)
-        _finish_map(axes, title, density.stage.controller, ("x [m]", "y [m]"))
+        names += draw_arena(axes, stage)
+        _finish_map(axes, title, stage.controller, ("x [m]", "y [m]"))
     _draw_bar(figure, image, all_axes, "robots per m$^2$ (square-root scale)")
     return finish_figure(figure, all_axes, caption, dict.fromkeys(names))
 

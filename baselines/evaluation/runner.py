@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -34,13 +34,8 @@ ROUNDS = 2  # blocks for each worker, at least, so that all have work until near
 WRITERS = 16  # files that this process writes at a time
 
 
-@dataclass(frozen=True)
-class EpisodeBlock:
-    """Episodes of one configuration that run side by side in one process."""
-
-    configuration: ExperimentConfig
-    seeds: tuple[int, ...]
-
+EpisodeBlock = tuple[ExperimentConfig, tuple[int, ...]]
+"""A configuration, and the seeds of its episodes that run side by side in one process."""
 
 EMPTY: Mapping[int, bytes] = {}
 
@@ -91,11 +86,12 @@ class Plan:
 
     def blocks(self, workers: int, threads: int = 1) -> list[EpisodeBlock]:
         """The episodes still to run, cut into blocks of nearly equal size."""
-        share, blocks = -(-self.n_todo // (ROUNDS * workers)), []
+        share = -(-self.n_todo // (ROUNDS * workers))
+        blocks: list[EpisodeBlock] = []
         for key, todo in self.todo.items():
             size = min(share, threads * worlds_in_a_block(self._named[key]))
             for seeds in np.array_split(np.asarray(todo, np.uint64), -(-len(todo) // size)):
-                blocks.append(EpisodeBlock(self._named[key], tuple(seeds.tolist())))
+                blocks.append((self._named[key], tuple(seeds.tolist())))
         return blocks
 
     def run(self, backend: Backend, tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
@@ -192,7 +188,7 @@ def warm_up(configuration: ExperimentConfig) -> None:
 def _run_block(
     block: EpisodeBlock, threads: int, is_recorded: bool, stores: Stores | None
 ) -> Ended:
-    config, seeds = block.configuration, block.seeds
+    config, seeds = block
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
     what = config.scenario, config.controller, seeds, config.physics
     episodes = run_episodes(*what, threads, recorder)

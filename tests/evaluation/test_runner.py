@@ -92,10 +92,10 @@ def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
     room = {"arena_length": 9.0, "arena_width": 9.0, "task_start_radius": 1.8}
     configuration = configure(task_n_robots=robots, task_area_distance=5.0, **room)
     blocks = Plan([configuration], range(episodes), dataset).blocks(workers)
-    assert sorted(seed for block in blocks for seed in block.seeds) == list(range(episodes))
+    assert sorted(seed for _, seeds in blocks for seed in seeds) == list(range(episodes))
     assert len(blocks) >= min(workers, episodes)
-    assert all(len(block.seeds) == 1 or len(block.seeds) * robots <= MAX_ROWS for block in blocks)
-    sizes = {len(block.seeds) for block in blocks}
+    sizes = {len(seeds) for _, seeds in blocks}
+    assert all(size == 1 or size * robots <= MAX_ROWS for size in sizes)
     assert max(sizes) - min(sizes) <= 1
 
 

@@ -152,4 +152,4 @@ def _density(job: Job) -> Density:
         np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
     cell_area = size[0] * size[1] / counts.size
     values = counts.T / (scenario.n_ticks * cell_area)
-    return Density(values, stage_of(scenario, job.controller))
+    return values, stage_of(scenario, job.controller)
