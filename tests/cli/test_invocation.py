@@ -84,14 +84,6 @@ def test_the_shell_completes_commands_and_names(process, tmp_path, typed, offere
     assert (status, set(stdout.split()), stderr) == (0, offered, "")
 
 
-def test_the_script_for_a_shell_is_printed(process):
-    variables = {"_SWARM_FORAGE_COMPLETE": "source_bash"}
-    status, stdout, _ = ended(process(variables=variables))
-    assert status == 0
-    assert "complete" in stdout
-    assert "swarm-forage" in stdout
-
-
 @pytest.mark.parametrize("missing", " ".join(MISSING).split())
 def test_a_missing_package_is_told_in_one_line_with_its_extra(process, missing):
     extra, command = next(told for names, told in MISSING.items() if missing in names.split())

@@ -5,7 +5,6 @@ import socket
 
 import pytest
 
-from swarm_forage_env.atomic_write import temporary_of
 from swarm_forage_env.controllers import find_controller
 from training.checkpoint import lock_folder
 from training.train_command import add_commands
@@ -48,16 +47,6 @@ def test_a_second_training_in_one_folder_is_told_who_has_it(command, tmp_path):
     assert f"--out x: process {os.getpid()} on {socket.gethostname()} is training there" in stderr
     assert stderr.count("\n") == 1
     assert command("train", "weighting", "es1", "--out=x", *TINY)[0] == 0
-
-
-def test_what_a_killed_training_left_is_swept_and_nothing_else(tmp_path):
-    left = temporary_of(tmp_path / "checkpoint.safetensors")
-    others = tmp_path / "_notes.tmp", temporary_of(tmp_path / "notes.txt")
-    for each in (left, *others):
-        each.write_bytes(b"")
-    with lock_folder(tmp_path):
-        assert not left.exists()
-    assert all(each.exists() for each in others)
 
 
 @pytest.mark.parametrize("algorithm", ["cma", "imitation", "ppo"])

@@ -67,8 +67,3 @@ def claims(out):
     """The claims of a paper, its page and its episodes."""
     page = (out / "adaptive_boids.md").read_text()
     return json.loads((out / "claims.json").read_text()), page, episodes(out / "episodes")
-
-
-def check_one_line(refusal):
-    """What a user is told has one line."""
-    assert "\n" not in str(refusal)

@@ -1,18 +1,21 @@
-"""CMA-ES: it climbs, it keeps what held-back worlds judge best, and it survives being killed."""
+"""CMA-ES climbs, keeps what held-back worlds judge best, survives kills; its candidates' worlds."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from training import cma_es
+from swarm_forage_env.scenarios import find_scenario
+from training import candidate_rollouts, cma_es
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import BEST_POLICY, CHECKPOINT, write_checkpoint
 from training.cma_es import CMAESTraining, fitness_of, initial_mean, initial_network, train
 from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
 from training.linear_motion_policy import linear_policy_of
-from training.policy_file import CurvePoint, load_policy, save_policy
+from training.policy_file import CurvePoint, load_policy
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 
@@ -127,18 +130,6 @@ def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
 
 
 @pytest.mark.usefixtures("_imagined")
-def test_a_search_does_not_go_on_among_other_weights(experiment, tmp_path):
-    copy = tmp_path / "mine.safetensors"
-    mine = experiment(budget=1, controller=f"learned-weighting:policy={copy}")
-    shipped = load_policy("weighting")
-    save_policy(copy, shipped.weights, shipped.card)
-    train(mine, str)
-    save_policy(copy, {k: 2.0 * each for k, each in shipped.weights.items()}, shipped.card)
-    with pytest.raises(ConfigError, match="learned-weighting weighting, sha256 = "):
-        train(mine, str)
-
-
-@pytest.mark.usefixtures("_imagined")
 def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, broken_anywhere):
     mine = experiment(budget=3, every=2)
     policy = broken_anywhere(train, mine, (CMAESTraining, "_save"), range(1, 6))
@@ -146,21 +137,10 @@ def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, b
 
 
 @pytest.mark.usefixtures("_imagined")
-@pytest.mark.parametrize(
-    ("changes", "complaint"),
-    [
-        ({"seed": 1}, "with seed = 0, not 1"),
-        ({"worlds": 2}, "with worlds = 1, not 2"),
-        ({"scenarios": ("es1:radio.frames=5",)}, "with scenarios = es1, not es1:radio.frames=5"),
-        ({"controller": "dsgiff"}, "with controller = ssgiff, not dsgiff"),
-        ({"controller": "ssgiff:mean_run=1"}, "ssgiff motion.mean_run = 0.33, not 1.0"),
-    ],
-)
-def test_the_folder_of_another_experiment_is_refused(experiment, changes, complaint):
+def test_the_folder_of_another_experiment_is_refused(experiment):
     train(experiment(budget=1), str)
-    with pytest.raises(ConfigError) as refusal:
-        train(experiment(budget=1, **changes), str)
-    assert complaint in str(refusal.value)
+    with pytest.raises(ConfigError, match=r"ssgiff motion.mean_run = 0.33, not 1.0"):
+        train(experiment(budget=1, controller="ssgiff:mean_run=1"), str)
 
 
 def test_the_value_is_the_mean_logarithm_over_the_scenarios():
@@ -193,3 +173,71 @@ def test_a_curve_tells_the_time_that_all_candidates_were_simulated(experiment):
     policy = train(experiment(budget=2, every=1, worlds=3), str)
     # Worlds of 60 s: 3 for each of 4 candidates in each generation.
     assert [point.simulated_s for point in policy.card.curve] == [0.0, 720.0, 1440.0]
+
+
+def rollouts(workers=2, device="cpu", **scenarios):
+    found = scenarios or {"es1": find_scenario("es1", {"n_robots": 5, "duration": 60.0})}
+    backend = SimpleNamespace(workers=workers)
+    return CandidateRollouts(found, find_controller("ssgiff"), backend=backend, device=device)
+
+
+def jobs_of(made, n_networks, seeds):
+    scenario = next(iter(made.scenarios.values()))
+    networks = np.arange(2.0 * n_networks, dtype=np.float32).reshape(n_networks, 2)
+    return list(made._jobs(scenario, networks, seeds))
+
+
+@pytest.mark.parametrize(
+    ("workers", "n_networks", "n_seeds", "sizes", "device"),
+    [
+        (1, 2, 3, [6], "cpu"),
+        (4, 2, 3, [2, 2, 2], "cpu"),
+        (2, 3, 3, [5, 4], "cpu"),
+        (2, 40, 20, [400, 400], "cpu"),  # 400 worlds of 5 robots are the most of a job
+        (1, 41, 20, [274, 273, 273], "cpu"),
+        (2, 41, 20, [820], "cuda"),  # all of a scenario at once
+    ],
+)
+def test_worlds_are_shared_out_among_workers_in_jobs_of_two_thousand_robots(
+    workers, n_networks, n_seeds, sizes, device
+):
+    jobs = jobs_of(rollouts(workers, device), n_networks, range(10, 10 + n_seeds))
+    assert [len(job.seeds) for job in jobs] == sizes
+    worlds = [
+        (job.controllers[k].weighting.network[0], job.seeds[k])
+        for job in jobs for k in range(len(job.seeds))
+    ]  # fmt: skip
+    assert worlds == [
+        (2.0 * network, seed) for network in range(n_networks) for seed in range(10, 10 + n_seeds)
+    ]
+
+
+def test_swarms_of_more_robots_than_a_job_run_one_by_one(monkeypatch):
+    monkeypatch.setattr(candidate_rollouts, "MAX_ROWS", 4)
+    assert [len(job.seeds) for job in jobs_of(rollouts(1), 1, range(3))] == [1, 1, 1]
+
+
+def test_the_simulated_time_is_that_of_all_worlds_of_all_scenarios():
+    made = rollouts(
+        one=find_scenario("es1", {"duration": 60.0}),
+        two=find_scenario("es1", {"duration": 90.0, "tick": 0.5}),
+    )
+    assert made.simulated_s(4) == pytest.approx(4 * 150.0)
+
+
+@pytest.mark.parametrize(("device", "by_backend"), [("cpu", 2), ("cuda", 0)])
+def test_a_backend_runs_the_jobs_of_a_cpu_only(monkeypatch, device, by_backend):
+    given = []
+
+    def run_job(job):
+        firsts = [each.weighting.network[0] for each in job.controllers]
+        return np.add(firsts, job.seeds)
+
+    monkeypatch.setattr(candidate_rollouts, "run_job", run_job)
+    monkeypatch.setattr(
+        candidate_rollouts, "run_in_order",
+        lambda backend, run, jobs: given.extend(jobs) or map(run, jobs),
+    )  # fmt: skip
+    found = rollouts(2, device).round_trips(np.array([[10, 0], [20, 0]], np.float32), [4, 5, 6])
+    assert found["es1"].tolist() == [[14, 15, 16], [24, 25, 26]]
+    assert len(given) == by_backend

@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from baselines.evaluation.episode import run_episodes
+from baselines.oracles.oracle import errors
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
@@ -26,6 +27,7 @@ from training.learned_weighting import (
     EXCHANGE_NETWORK,
     REPUTATION_NETWORK,
     LearnedReputation,
+    LearnedWeighting,
     flatten,
 )
 from training.policy_file import load_policy, observation_layout
@@ -160,30 +162,47 @@ LIARS = {"faults.liar.share": 0.3, "faults.liar.shift": 0.4}
 AS_TEXT = {name: str(value) for name, value in {**BUSY, **LIARS}.items()}
 
 
-def test_the_network_trained_among_liars_is_the_one_that_runs(imitating, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "network", "rule"),
+    [
+        (AMONG_LIARS, REPUTATION_NETWORK, LearnedReputation),
+        ("dsgiff-frequent", EXCHANGE_NETWORK, LearnedWeighting),
+        ("ssgiff", EXCHANGE_NETWORK, LearnedWeighting),
+    ],
+)
+def test_the_network_that_is_trained_is_the_one_that_runs(
+    imitating, monkeypatch, name, network, rule
+):
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
-    mine = imitating(budget=1, controller=AMONG_LIARS, settings=AS_TEXT)
-    policy = train(mine, str)
-    assert policy.card.layers["weighting"].network == REPUTATION_NETWORK.name
-    actor = WeightingActor(LAYOUT, HIDDEN, REPUTATION_NETWORK)
-    shapes = REPUTATION_NETWORK.shapes(actor.sizes)
+    policy = train(imitating(budget=1, controller=name, settings=AS_TEXT), str)
+    assert policy.card.layers["weighting"].network == network.name
+    actor = WeightingActor(LAYOUT, HIDDEN, network)
+    shapes = network.shapes(actor.sizes)
     actor.load_numpy(policy.weights_of("weighting", shapes))
-    scenario, controller = find_scenario("es1", {**BUSY, **LIARS}), find_controller(AMONG_LIARS)
+    scenario = find_scenario("es1", {**BUSY, **LIARS, "task.duration": 480.0})
+    controller = find_controller(name)
     numbers = flatten(actor.to_numpy(), shapes).astype(np.float32)
     found = record_exchanges(scenario, controller, numbers, SEEDS[:1], "kinematic")
     with torch.no_grad():
         g = (actor(torch.from_numpy(found.observed)) * torch.from_numpy(found.area)).sum(1)
-    given = replace(controller, weighting=LearnedReputation(policy=str(policy.source)))
-    loop, weights = Loop(scenario, given, SEEDS[:1], "kinematic"), []
+    given = replace(controller, weighting=rule(policy=str(policy.source)))
+    loop, columns = Loop(scenario, given, SEEDS[:1], "kinematic"), []
     exchanges = loop.controller.minds["estimator"]["exchange"][0]
     for _ in range(scenario.n_ticks):
-        seen = exchanges.copy()
+        seen, (own, heard) = exchanges.copy(), errors(loop.controller.minds, loop.world)
         loop.step()
         told = (seen["is_valid"][:, None] > 0) & (seen["heard_known"] > 0)
-        told &= (seen["own_known"] == 0) | (seen["goal"][:, :2] > 0)
-        weights += exchanges["weight"][told].tolist()
-    assert len(weights) > 20
+        is_known, is_ahead = seen["own_known"] > 0, seen["goal"][:, :2] > 0.0
+        told &= is_known if network is EXCHANGE_NETWORK else ~is_known | is_ahead
+        told &= is_ahead | (name == "dsgiff-frequent") | ~is_known
+        columns.append((exchanges["weight"][told], is_known[told], own[told], heard[told]))
+    weights, known, own, heard = map(np.concatenate, zip(*columns, strict=True))
+    assert len(weights) > 15
+    assert known.all() == (network is EXCHANGE_NETWORK)
     np.testing.assert_allclose(weights, g.numpy(), atol=1e-5)
+    np.testing.assert_array_equal(found.known, known)
+    np.testing.assert_allclose(found.own_error, own, atol=1e-5)
+    np.testing.assert_allclose(found.heard_error, heard, atol=1e-5)
 
 
 def test_a_training_stopped_anywhere_and_started_again_ends_the_same(

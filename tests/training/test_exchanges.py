@@ -1,22 +1,20 @@
-"""Recorded exchanges by hand: which are kept, what of them, and what an error of them counts."""
-
-from types import SimpleNamespace
+"""Recorded exchanges by hand, what an error of them counts, and the reward of a weighting by it."""
 
 import numpy as np
 import pytest
 import torch
 
+from baselines.oracles.oracle import errors
+from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.records import Exchange
-from swarm_forage_env.record import rows
-from swarm_forage_env.scenarios import find_scenario
-from training import exchanges
-from training.exchanges import BATCH_SIZE, Exchanges, RecordingWeighting
-from training.learned_weighting import EXCHANGE_NETWORK, REPUTATION_NETWORK
-from training.policy_file import observation_layout
-
-SCENARIO = find_scenario("es1")
-LAYOUT = observation_layout("weighting", SCENARIO)
+from training.exchanges import (
+    BATCH_SIZE,
+    MAX_SQUARED_ERROR,
+    REWARD_UNIT,
+    ErrorRewardVecEnv,
+    Exchanges,
+    error_reduction,
+)
 
 
 def single(*rows):
@@ -91,76 +89,39 @@ def test_a_batch_is_1024_whole_rows_drawn_by_its_generator():
     assert (found.draw(draws).observed != batch.observed).any()
 
 
-ROWS = 4
-KNOWN = np.array([(1, 1), (1, 1), (0, 1), (1, 0)], np.bool_)
-TOLD = np.array([(1, 1), (1, 0), (1, 1), (0, 0)], np.bool_)
-GOALS = np.array([0, 1, 1, 0])
-"""Of four exchanges the first is of both areas, and the robot heads for the nest; of the others
-each lacks something."""
+TERMS = {"learn": "weighting", "step_on": "exchange", "physics": "kinematic"}
 
 
-def met():
-    """The four exchanges as the layer sees them, and as the robots remember them."""
-    told = Exchange.array((1, ROWS))
-    told["is_valid"], told["goal"] = 1.0, np.eye(3)[GOALS]
-    told["own_known"], told["heard_known"] = KNOWN, TOLD
-    told["own_p"], told["heard_p"] = KNOWN * single(2.0, 3.0), TOLD * single(1.0, 1.0)
-    told["own_visited"][..., 1] = 1
-    told["right"], told["wrong"] = np.arange(ROWS), 10.0 + np.arange(ROWS)
-    for name, first in (("support", 20.0), ("suspicion", 30.0), ("dissent", 40.0)):
-        told[name] = first + np.arange(8.0).reshape(ROWS, 2)
-    told["n_averaged"] = 8.0
-    return told, rows(told)
+def test_the_reduction_of_the_squared_error_by_hand():
+    own = torch.tensor([[0.3, 0.0], [0.3, 0.0], [0.0, 0.1], [2.0, 0.0]])
+    heard = torch.tensor([[-0.1, 0.0], [-0.1, 0.0], [0.0, 0.6], [0.0, 0.0]])
+    # 0.09 - 0.04; 0.09 - 0.01; 0.01 - 0.1225; a lost robot's error counts half a square metre
+    reduced = error_reduction(torch.tensor([0.25, 1.0, 0.5, 1.0]), own, heard)
+    torch.testing.assert_close(reduced, torch.tensor([0.05, 0.08, -0.1125, MAX_SQUARED_ERROR]))
 
 
-def record(monkeypatch, architecture, double):
-    """What a recorder of a network of zeros keeps of the four exchanges, and what it answers."""
-    own = np.arange(16.0).reshape(ROWS, 2, 2)
-    monkeypatch.setattr(exchanges, "errors", lambda minds, world: (own, -own))
-    told, seen = met()
-    running = SimpleNamespace(
-        estimator=SimpleNamespace(numbers={"double": double}),
-        minds={"estimator": {"exchange": told}},
-    )
-    numbers = np.zeros(1 + len(architecture.features) + 1, np.float32)
-    weighting = RecordingWeighting(numbers, LAYOUT, architecture)
-    recorder = weighting.start_knowing(running, SimpleNamespace(rows=ROWS))
-    answer = recorder(seen)
-    (found,) = weighting.recorded
-    assert {each.dtype for each in found._columns} == {np.dtype(np.float32)}
-    for column, sign in ((found.own_error, 1.0), (found.heard_error, -1.0)):
-        row = (np.abs(column[:, 0]) // 4).astype(int)
-        area = (np.abs(column[:, 0]) % 4 // 2).astype(int)
-        np.testing.assert_array_equal(column, sign * own[row, area])
-        np.testing.assert_array_equal(found.area, np.eye(2)[area])
-        np.testing.assert_array_equal(found.known, KNOWN[row, area])
-        shown = LAYOUT.records(found.observed[:, : len(LAYOUT)])["exchange"]
-        np.testing.assert_array_equal(shown.own_p, seen.own_p[row])
-    return found, list(zip(row.tolist(), area.tolist(), strict=True)), answer
+@pytest.mark.parametrize("controller", ["ssgikf", "dsgiff-frequent"])
+def test_only_the_robot_that_ended_an_exchange_is_paid_and_by_what_it_merged(controller):
+    blocks = [ArrayEnv("es1", n_worlds=n, controller=controller, **TERMS) for n in (2, 1)]
+    env = ErrorRewardVecEnv(blocks)
+    env.seed(3)
+    env.reset()
+    full, n_paid = torch.ones(env.n_rows, 2), 0
+    for _ in range(60):
+        acts = env.acts.clone()
+        before = [(errors(b.loop.controller.minds, b.world), b.loop.exchange) for b in blocks]
+        rewards = env.step(full).rewards
+        assert not rewards[~acts].any()
+        exact = np.concatenate([by_hand(controller, *each) for each in before])
+        np.testing.assert_allclose(rewards, np.where(acts, exact, 0.0), atol=1e-4)
+        n_paid += int((rewards != 0.0).sum())
+    assert n_paid > 10
 
 
-@pytest.mark.parametrize(
-    ("double", "kept"), [(0.0, [(0, 0)]), (1.0, [(0, 0), (0, 1), (1, 0), (2, 1)])]
-)
-def test_what_both_know_is_kept_of_the_goal_or_under_a_double_filter_of_both(
-    monkeypatch, double, kept
-):
-    # of the second exchange the nest is known to both, but the robot heads for the prey
-    expected = [*kept[:1], (2, 1)] if not double else kept
-    found, rows, answer = record(monkeypatch, EXCHANGE_NETWORK, double)
-    assert rows == expected
-    assert found.observed.shape == (len(rows), len(LAYOUT))
-    both = KNOWN & TOLD
-    ahead = single(2.0, 3.0) - 1.0
-    np.testing.assert_allclose(answer, both / (1.0 + np.exp(-ahead)), atol=1e-6)
-
-
-def test_among_liars_unknown_areas_are_kept_too_with_what_is_remembered(monkeypatch):
-    found, rows, answer = record(monkeypatch, REPUTATION_NETWORK, 0.0)
-    assert rows == [(0, 0), (2, 0), (2, 1)]
-    expected = [
-        (1, 0, 0, 10, 20, 30, 40), (0, 0, 2, 12, 24, 34, 44), (1, 1, 2, 12, 25, 35, 45),
-    ]  # fmt: skip
-    np.testing.assert_array_equal(found.observed[:, len(LAYOUT) :], expected)
-    ahead = KNOWN * single(2.0, 3.0) - 1.0
-    np.testing.assert_allclose(answer, TOLD / (1.0 + np.exp(-ahead)), atol=1e-6)
+def by_hand(controller, erred, exchange):
+    """What it earns to take over all that it heard and may merge."""
+    own, heard = (np.minimum((each**2).sum(2), MAX_SQUARED_ERROR) for each in erred)
+    counts = (exchange.own_known > 0.0) & (exchange.heard_known > 0.0)
+    if controller == "ssgikf":
+        counts &= exchange.goal[:, :2] > 0.0
+    return (counts * (own - heard)).sum(1) / REWARD_UNIT

@@ -1,12 +1,12 @@
 """Experiments: seeds that never meet, and refusals before anything runs."""
 
-import importlib.util
 import shlex
 
 import pytest
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training.experiment import HELD_BACK_SEEDS, LAST_SEED, TEST_SEEDS, WORLDS_PER_EXPERIMENT
+from training.policy_file import load_policy, save_policy
 
 
 def test_training_selection_and_test_never_share_a_seed(experiment):
@@ -87,14 +87,23 @@ def test_what_lies_on_a_bound_can_be_trained(experiment, changes):
     experiment(**changes).check()
 
 
-def test_all_that_a_result_depends_on_is_told_apart(experiment):
+def test_all_that_a_result_depends_on_is_told_apart(experiment, policy_file):
     mine = experiment()
+    for changes in (
+        {"seed": 1}, {"worlds": 2}, {"every": 3}, {"held_back": 3}, {"population": 5},
+        {"physics": "rigid"}, {"controller": "dsgiff"}, {"scenarios": ("es1:radio.frames=5",)},
+    ):  # fmt: skip
+        assert experiment(**changes).identity != mine.identity, changes
     two, turned = experiment(scenarios=("es1", "real")), experiment(scenarios=("real", "es1"))
     assert two.identity != turned.identity
     assert experiment(budget=9).identity == mine.identity  # a longer search goes on
     assert experiment(workers=2).identity == mine.identity
     fit = experiment(**IMITATION)
     assert experiment(**IMITATION, budget=9).identity != fit.identity
+    learned = {"controller": f"learned-weighting:policy={policy_file}"}
+    before, policy = experiment(**learned).identity, load_policy(policy_file)
+    save_policy(policy_file, {k: 2.0 * each for k, each in policy.weights.items()}, policy.card)
+    assert experiment(**learned).identity != before
 
 
 @pytest.mark.parametrize(
@@ -115,14 +124,6 @@ def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch, ch
     assert program == "swarm-forage"
     assert train_command.app(arguments, standalone_mode=False) in (None, 0)
     assert met == [mine]
-
-
-@pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is not None, reason="it is installed")
-def test_a_gpu_needs_its_compiler(experiment):
-    with pytest.raises(
-        ConfigError, match=r"--device='cuda': needs numba-cuda; pip install '.*cuda"
-    ):
-        experiment(device="cuda").check()
 
 
 def test_a_checkpoint_of_a_cpu_is_what_it_was_and_a_gpu_has_its_own(experiment):

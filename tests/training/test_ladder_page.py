@@ -8,7 +8,13 @@ import pytest
 from swarm_forage_env.errors import ConfigError
 from training.ladder import commands, figures, page
 from training.ladder.figures import TAUS
-from training.ladder.rungs import RANDOM, Card, Rung, Score, read_algorithms
+from training.ladder.rungs import (
+    RANDOM,
+    Card,
+    Rung,
+    Score,
+    read_algorithms,
+)
 from training.ladder.runs import Job, Run
 
 CARD = Card(
@@ -111,54 +117,6 @@ def test_a_profile_is_the_share_of_runs_above_each_score_in_per_cent(rung, drawn
     assert means.high.max() == 100.0
     assert figure.axes[0].get_xlim() == (0.0, 1.5)
     assert figure.caption.text.startswith("Runs of tiny, ")
-
-
-@pytest.mark.parametrize(
-    ("value", "ends", "text"),
-    [
-        (4.994, None, "4.99"), (5.0, None, "5.0"), (999.94, None, "999.9"), (1000.0, None, "1000"),
-        (-4.0, None, "-4.00"), (-7.0, None, "-7.0"), (-1234.5, None, "-1234"),
-        (3.0, (2.0, 44.4), "3.00 (2.00 to 44.40)"), (30.0, (2.0, 44.44), "30.0 (2.0 to 44.4)"),
-    ],
-)  # fmt: skip
-def test_a_score_is_as_exact_as_a_reader_needs(rung, value, ends, text):
-    low, high = ends or (None, None)
-    card = CARD.model_copy(update={"scores": {RANDOM: Score(mean=value, low=low, high=high)}})
-    assert page.shown(card.scores[RANDOM]) == text
-    assert page.shown(None) == "-"
-
-
-def test_the_table_of_cards_names_the_best_of_the_hand_written(rung):
-    lines = page.cards_table(
-        [rung, replace(rung, name="bare", card=CARD.model_copy(update={"scores": {}}))], ["tiny"]
-    )
-    assert lines.splitlines() == [
-        "| rung | name | robots learn | tested in | random | hand-written | oracle |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
-        "| 3 | [`tiny`](#tiny) | motion | es1, 3 robots | 2.00 (1.00 to 3.00) | `ssgikf` 6.0"
-        " | `no-error` 12.0 (11.4 to 12.6) |",
-        "| 3 | `bare` | motion | es1, 3 robots | - | - | `no-error` - |",
-    ]
-
-
-def test_the_page_tells_each_rung_all_together_and_how_it_was_made(rung):
-    runs = [run_of(), run_of(seed=1), run_of("qmix", score=12.0)]
-    text = page.page([rung], runs, "a command")
-    for line in (
-        "| random | 2.00 (1.00 to 3.00) | 0.00 |  |  | 30 episodes |  |  |",
-        "| `ssgikf` | 6.0 | 0.40 |  |  | 30 episodes |  |  |",
-        "| `no-error` | 12.0 (11.4 to 12.6) | 1.00 |  |  | 30 episodes |  |  |",
-        "| **PPO (SB3)** | 7.0 | 0.50 | 7.0 | 7.0 | 2 seeds | 2.5 M | 2 min |",
-        "| **QMIX** | 12.0 | 1.00 | 12.0 | 12.0 | 1 seed | 2.5 M | 2 min |",
-        "| PPO (SB3) | 0.50 | 1 | 2 |",
-        "| QMIX | 1.00 | 1 | 1 |",
-        "| algorithm | probability that a run beats one of QMIX on the same rung | rungs |",
-        "| PPO (SB3) | 0.00 | 1 |",
-        "3 runs, 4 min of training in all, with numpy 2:",
-        "- PPO (SB3): `tiny` 2 seeds of 2.5 M robot-steps",
-        "- QMIX: `tiny` 1 seed of 2.5 M robot-steps",
-    ):
-        assert f"\n{line}\n" in f"{text}\n", line
 
 
 def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):

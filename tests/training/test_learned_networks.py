@@ -1,15 +1,26 @@
-"""The networks of learned layers against plain statements of their equations; what fits them."""
+"""Networks of learned layers: their equations by hand, what fits them, and that they run."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
+import torch
+from numpy.testing import assert_allclose
 
+from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.weighting.rows import RowWeighting
+from baselines.weighting.sgiff import SGIFF
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
+from tests.outside import exchanges
+from training.dagger import WeightingActor
 from training.learned_weighting import (
+    EXCHANGE_NETWORK,
+    HIDDEN,
     LearnedReputation,
     LearnedWeighting,
     flatten,
@@ -21,7 +32,7 @@ from training.learned_weighting import (
     unflatten,
 )
 from training.linear_motion_policy import NETWORK, SHAPES, LearnedMotion
-from training.policy_file import layer_card, save_policy
+from training.policy_file import layer_card, load_policy, observation_layout, save_policy
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
 
@@ -142,3 +153,83 @@ def test_a_weight_is_the_logistic_function_of_the_log_odds(gain, features):
     network[-1] = 0.5
     told = gain(exchange(), 0, numbers_of({"network": network}))
     assert told == pytest.approx(1.0 / (1.0 + math.exp(-(0.4 - 2.5 + 0.5))), abs=1e-6)
+
+
+N_NUMBERS = sum(map(math.prod, EXCHANGE_NETWORK.shapes({"hidden": HIDDEN}).values()))
+
+
+def weigh(network, seen):
+    return RowWeighting(EXCHANGE_NETWORK.layer(network))(seen)
+
+
+def test_zero_weights_are_sgiff():
+    rng, rows = np.random.default_rng(0), (500, 2)
+    seen = exchanges(
+        500, is_valid=rng.random(500) < 0.5, own_p=rng.exponential(5.0, rows),
+        heard_p=rng.exponential(5.0, rows), disagreement=rng.exponential(0.5, rows),
+        own_distance=rng.exponential(1.0, rows), heard_distance=rng.exponential(1.0, rows),
+        range=rng.uniform(0.07, 0.15, 500), n_averaged=rng.integers(1, 250, 500),
+    )  # fmt: skip
+    ended = seen.is_valid > 0
+    g = weigh(np.zeros(N_NUMBERS), seen)
+    expected = RowWeighting(SGIFF(beta=0.01).layer(find_scenario("es1")))(seen)
+    np.testing.assert_allclose(g[ended], expected[ended], rtol=1e-4, atol=1e-7)
+    assert not g[~ended].any()
+
+
+def test_extreme_encounters_give_shares():
+    seen = exchanges(
+        4,
+        own_p=np.array([[0, 0], [1e30, 0], [0, 1e30], [1e30, 1e30]], np.float32),
+        heard_p=np.array([[0, 1e30], [0, 0], [1e30, 0], [1e30, 0]], np.float32),
+    )
+    for network in (np.zeros(N_NUMBERS), np.random.default_rng(0).normal(0.0, 0.5, N_NUMBERS)):
+        g = weigh(network, seen)
+        assert np.all((g >= 0.0) & (g <= 1.0))
+
+
+def test_another_policy_under_the_same_name_is_another_configuration(policy_file):
+    controller = dataclasses.replace(
+        find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))
+    )
+    first = ExperimentConfig("x", find_scenario("es1"), controller).key
+    policy = load_policy(policy_file)
+    save_policy(policy_file, {k: 2.0 * w for k, w in policy.weights.items()}, policy.card)
+    assert ExperimentConfig("x", find_scenario("es1"), controller).key != first
+
+
+def test_a_network_begins_near_zero_and_its_hidden_units_orthogonal():
+    actor = WeightingActor(observation_layout("weighting", find_scenario("es1")), hidden=4)
+    arrays = actor.to_numpy()
+    assert {name: array.shape for name, array in arrays.items()} == {
+        name: tuple(shape) for name, shape in EXCHANGE_NETWORK.shapes({"hidden": 4}).items()
+    }
+    first = arrays["hidden.weight"]
+    assert first @ first.T == pytest.approx(2.0 * np.eye(4), abs=1e-5)
+    assert not arrays["output.weight"].any()
+    arrays["output.bias"][...] = 3.0
+    assert actor.arrays["output.bias"].item() == 0.0, "arrays are copies"
+    actor.load_numpy(arrays)
+    assert actor.arrays["output.bias"].item() == 3.0
+
+
+def test_the_weighting_that_is_trained_is_the_one_that_runs():
+    rng = np.random.default_rng(0)
+    layout = observation_layout("weighting", find_scenario("es1"))
+    n = 50
+    path = lambda: rng.uniform(0.0, 9.0, (n, 2))  # noqa: E731 short
+    one = rng.uniform(0.02, 1.0, n)
+    encounter = exchanges(
+        n, own_p=path(), heard_p=path(), disagreement=path(), own_distance=path(),
+        heard_distance=path(), range=one, n_averaged=50.0 * one,
+    )  # fmt: skip
+    torch.manual_seed(0)
+    actor = WeightingActor(layout)
+    with torch.no_grad():
+        for array in actor.parameters():
+            array += 0.3 * torch.randn(array.shape)
+        given = actor(torch.from_numpy(layout.matrix({"exchange": encounter})))
+    numbers = flatten(actor.to_numpy(), EXCHANGE_NETWORK.shapes(actor.sizes))
+    assert_allclose(
+        given.numpy(), RowWeighting(EXCHANGE_NETWORK.layer(numbers))(encounter), atol=1e-5
+    )

@@ -13,7 +13,7 @@ from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.training.test_learned_networks import numbers_of, one
-from training.candidate_rollouts import CandidateMotion
+from training.candidate_rollouts import CandidateMotion, CandidateWeighting
 from training.learned_weighting import unflatten
 from training.linear_motion_policy import (
     FEATURES,
@@ -29,9 +29,8 @@ from training.linear_motion_policy import (
 )
 from training.policy_file import layer_card, save_policy
 
-SCENARIO = find_scenario(
-    "es1", {"task.n_robots": 4, "task.area_distance": 0.62, "robot.cruise_speed": 0.12}
-)
+BUSY = {"task.area_distance": 0.62, "robot.cruise_speed": 0.12, "radio.max_range": 0.5}
+SCENARIO = find_scenario("es1", {"task.n_robots": 4, **BUSY})
 N = len(FEATURES)
 
 
@@ -40,12 +39,17 @@ def numbers(seed, spread=0.2):
 
 
 def loop_with(seeds, *candidates):
-    """A loop of subsumption, or of one candidate for all worlds or for each."""
+    """A loop of the layers by hand, or of one candidate for all worlds or for each."""
     plain = find_controller("ssgiff")
-    controllers = [replace(plain, motion=CandidateMotion(each)) for each in candidates]
+    controllers = [replace(plain, **candidate) for candidate in candidates]
     if len(candidates) < len(seeds):
         (controllers,) = controllers or [plain]
     return Loop(SCENARIO, controllers, seeds, "kinematic")
+
+
+def motion(found):
+    """A candidate of these numbers."""
+    return {"motion": CandidateMotion(found)}
 
 
 def felt(sense, *given):
@@ -67,18 +71,25 @@ def test_the_nearest_sender_is_heard_whatever_the_order(order):
 
 
 def test_zeros_are_subsumption_to_the_last_bit():
-    own, linear = loop_with([1, 2]), loop_with([1, 2], np.zeros(N_WEIGHTS))
+    own, linear = loop_with([1, 2]), loop_with([1, 2], motion(np.zeros(N_WEIGHTS)))
     for each in (own, linear):
         each.run(1500)
     assert own.world.state.round_trips.sum() > 0
     assert_array_equal(linear.world.state.pose, own.world.state.pose)
 
 
-def test_a_candidate_does_in_a_block_what_it_does_alone():
-    one, other = numbers(0), numbers(1)
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (motion(numbers(0)), motion(numbers(1))),
+        tuple({"weighting": CandidateWeighting(own * np.ones(50))} for own in (-1.0, 1.0)),
+    ],
+    ids=["motion", "weighting"],
+)
+def test_a_candidate_does_in_a_block_what_it_does_alone(one, other):
     block = loop_with([5, 5, 6], one, other, other)
     alone = [loop_with([5], one), loop_with([5], other), loop_with([6], other)]
-    for _ in range(400):
+    for _ in range(1500):
         for loop in (block, *alone):
             loop.step()
     poses = np.concatenate([loop.world.state.pose for loop in alone])
@@ -87,8 +98,8 @@ def test_a_candidate_does_in_a_block_what_it_does_alone():
 
 
 def test_a_new_episode_forgets_how_far_robots_have_searched():
-    loop = loop_with([1, 2], numbers(0))
-    loop.run(50)
+    loop = loop_with([1, 2], motion(numbers(0)))
+    loop.run(10)
     searched = loop.controller.minds["motion"]["searched"]
     assert (searched > 0.0).all()
     loop.controller.reset(1, 2, [7])
@@ -101,7 +112,7 @@ def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(tmp_path, make_card)
     card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
     save_policy(file, {f"motion.{name}": each for name, each in arrays.items()}, card)
     named = Loop(SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic")
-    loop = loop_with([3], numbers(0))
+    loop = loop_with([3], motion(numbers(0)))
     for each in (named, loop):
         each.run(300)
     assert_array_equal(named.world.state.pose, loop.world.state.pose)

@@ -1,9 +1,10 @@
-"""Offline transitions: recorded in one action space, exact for each policy, kept and read whole."""
+"""Offline transitions: exact for each policy, kept and read whole; cloning, which takes them."""
 
 import re
 
 import numpy as np
 import pytest
+import torch
 from numpy.testing import assert_array_equal
 
 from baselines.evaluation.dataset import DAMAGED
@@ -14,6 +15,7 @@ from swarm_forage_env.scenarios import find_scenario
 from tests.networks import any_network
 from tests.scripts import ROOT
 from training import train_command
+from training.cloning import Cloner, CloningOptions, discounted_returns, reward_weights
 from training.policy_controller import policy_controller
 from training.transition_recording import DatasetOptions, Recording
 from training.transitions import COLUMNS, card_in, read
@@ -173,3 +175,32 @@ def test_torchrl_takes_the_transitions_as_the_page_says(record, tmp_path, monkey
     assert is_last.sum() == 10
     goes_on = ~is_last[:-1]
     assert (batch["next", "observation"][:-1] == batch["observation"][1:])[goes_on].all()
+
+
+def test_a_return_is_what_is_earned_from_a_decision_on_and_then_on_average():
+    found = discounted_returns(np.array([[0, 0, 3, 0], [2, 2, 2, 2]], np.float32), 0.5)
+    assert found[0].tolist() == [0.84375, 1.6875, 3.375, 0.75]  # 0.75 / (1 - 0.5) follows
+    assert found[1].tolist() == [4.0] * 4
+
+
+def test_an_action_counts_exponentially_by_its_return_and_a_large_one_does_not_overflow():
+    weights = reward_weights(np.array([1000.0, 1000.0 + np.log(3.0) / 2.0], np.float32), 0.5)
+    assert weights == pytest.approx([0.5, 1.5], abs=1e-3)
+
+
+@pytest.mark.parametrize(("temperature", "expected"), [(None, 0.0), (0.1, 0.5)])
+def test_cloning_does_what_was_done_and_weighted_regression_what_was_paid(temperature, expected):
+    torch.manual_seed(0)
+    rng = np.random.default_rng(0)
+    is_paid = rng.random(2_000) < 0.5
+    played = {
+        "observation": rng.normal(size=(2_000, 3)).astype(np.float32),
+        "action": np.where(is_paid, 0.5, -0.5).astype(np.float32)[:, None],
+        "reward": is_paid.astype(np.float32),
+        "truncated": np.arange(2_000) % 500 == 499,
+    }
+    cloner = Cloner(played, CloningOptions(temperature, discount=0.0, batch=256))
+    for _ in range(200):
+        cloner.step()
+    actions = cloner.policy.actor(torch.from_numpy(played["observation"])).detach()
+    assert actions.mean().item() == pytest.approx(expected, abs=0.1)

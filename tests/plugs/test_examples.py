@@ -1,11 +1,47 @@
-"""PPO of a graph network: it learns what to say, and whose action is whose."""
+"""The examples of stable-baselines3, of cloning and of a graph network train, and compare."""
 
 from functools import partial
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-torch = pytest.importorskip("torch", reason="needs the extra: pip install 'swarm-forage[train]'")
+from training import train_command
+
+pytest.importorskip("stable_baselines3", reason="pip install 'swarm-forage[train]'")
+torch = pytest.importorskip("torch")
+
+ITERATION = 128 * 80 * 10
+"""Robot-steps of a rollout."""
+
+
+def test_the_example_trains_and_its_model_is_a_controller(example, one_thread, tmp_path, capsys):
+    found = example("sb3_ppo").main(
+        [f"--robot-steps={2 * ITERATION}", "--episodes=1", f"--out={tmp_path / 'run'}"]
+    )
+    policies = {"the trained policy", "the same, stochastic"}
+    assert set(found) == {"random", "ssgikf, hand-written"} | policies
+    assert found["ssgikf, hand-written"] > 100.0
+    told = capsys.readouterr().out
+    assert f"{2 * ITERATION:,} robot-steps:" in told
+    file = tmp_path / "run" / "model.zip"
+    assert file.is_file()
+    assert f"swarm-forage evaluate es1 ssgikf sb3:{file}" in told
+
+
+def test_a_clone_is_scored_beside_the_original(example, one_thread, tmp_path, capsys):
+    train_command.add_commands()
+    folder, out = tmp_path / "transitions", tmp_path / "clone"
+    command = ["dataset", "es1", "ssgikf", "--episodes=1", "--learners=1", f"--out={folder}"]
+    assert CliRunner().invoke(train_command.app, command).exit_code == 0
+    found = example("behaviour_cloning").main(
+        [str(folder), "ssgikf", "--steps=300", "--episodes=1", f"--out={out}"]
+    )
+    name = f"network:{out}/clone.safetensors,controller=ssgikf"
+    assert set(found) == {"ssgikf", name, f"{name},chance=true"}
+    assert found["ssgikf"] > 100.0
+    assert "round trips an episode: network:" in capsys.readouterr().out
+
 
 SHORT = {"task.n_robots": 4, "radio.max_range": 0.6, "task.duration": 30.0}
 
