@@ -1,10 +1,10 @@
 """The environment as TorchRL wants it: `SwarmTorchEnv`, a block of worlds as one `EnvBase`."""
 
 import copy
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Unpack
+from unittest.mock import patch
 
 import numpy as np
 import torch
@@ -33,17 +33,11 @@ from training.policy_card import card_from
 from training.tensor_vec_env import array_for, follow_stream, tensor_of, torch_device, worlds_on
 from training.torchscript import save_torchscript
 
-
-@contextmanager
-def _traceable() -> Iterator[None]:
-    """Let torch.jit follow the tanh of TorchRL's distributions, which has a gradient of its own."""
-    own = continuous.safetanh_noeps, continuous.safeatanh_noeps
-    continuous.safetanh_noeps = distribution_utils._SafeTanhNoEps.forward
-    continuous.safeatanh_noeps = distribution_utils._SafeaTanhNoEps.forward
-    try:
-        yield
-    finally:
-        continuous.safetanh_noeps, continuous.safeatanh_noeps = own
+TRACEABLE = {
+    "safetanh_noeps": distribution_utils._SafeTanhNoEps.forward,
+    "safeatanh_noeps": distribution_utils._SafeaTanhNoEps.forward,
+}
+"""The tanh of TorchRL's distributions as torch.jit can follow it: without a gradient of its own."""
 
 
 def save_policy(policy: TensorDictModuleBase, env: "SwarmTorchEnv", file: str | Path) -> Path:
@@ -63,7 +57,7 @@ def save_policy(policy: TensorDictModuleBase, env: "SwarmTorchEnv", file: str | 
         return action
 
     card = card_from(env.array_env.card, "of the environment")
-    with _traceable():
+    with patch.multiple(continuous, **TRACEABLE):
         return save_torchscript(act, len(env.array_env.learners), card, file)
 
 

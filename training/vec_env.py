@@ -81,7 +81,8 @@ class SwarmVecEnv(VecEnv):
         super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
         decisions_per_s = max(1, round(1.0 / float(self.scenario.tick * env.config.period)))
         modes = render_modes(self.scenario)
-        self.metadata = {"render_modes": modes, "render_fps": decisions_per_s}
+        shown: dict[str, Any] = {"render_modes": modes, "render_fps": decisions_per_s}
+        self.metadata = shown
         self.seed(seed)
 
     def __repr__(self) -> str:

@@ -64,15 +64,14 @@ def test_the_policy_learns_and_is_kept_with_its_curve(ppo, options, tmp_path):
     assert list((tmp_path / "run").glob("events.out.tfevents.*"))
 
 
-def test_a_time_out_is_valued_like_any_other_state(collected):
-    seen, chosen = collected(trace=0.0)
-    torch.testing.assert_close(seen.advantages, torch.full((60, 8), 2.0 * (chosen.discount - 1.0)))
-
-
-def test_advantages_stop_at_the_end_of_an_episode(collected):
-    seen, chosen = collected(trace=1.0)
-    left = torch.tensor([(40 if t < 40 else 60) - t for t in range(60)])
-    expected = 2.0 * (chosen.discount**left - 1.0)
+@pytest.mark.parametrize(
+    ("trace", "left"), [(0.0, [1] * 60), (1.0, [*range(40, 0, -1), *range(20, 0, -1)])]
+)
+def test_a_time_out_is_valued_like_any_other_state_and_advantages_stop_at_it(
+    collected, trace, left
+):
+    seen, chosen = collected(trace=trace)
+    expected = 2.0 * (chosen.discount ** torch.tensor(left) - 1.0)
     torch.testing.assert_close(seen.advantages, expected[:, None].expand(-1, 8))
 
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -15,6 +16,8 @@ from training.ladder import benchmark, commands, figures, play, runs
 from training.ladder.play import POINTS, Watch, robot_steps_of_a_decision
 from training.ladder.rungs import DEFAULTS, Score, read_algorithms, read_rungs
 from training.ladder.runs import Run
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 4,
         "task.duration": 20.0}  # fmt: skip
@@ -45,48 +48,38 @@ def call(monkeypatch, tmp_path):
 
 
 @pytest.fixture
-def kept(monkeypatch):
-    """Two runs that are found: one of the first rung, and one of the second."""
-    names = list(read_rungs())[:2]
-    found = [
-        Run(name, "sb3_ppo", k, "key", {}, 1000, 60.0,
-            [{"robot_steps": 1000, "wall_s": 60.0, "scores": [7.0]}], [score], [score],
-            {"numpy": "2"})
-        for name, k, score in zip(names, (0, 3), (7.0, 9.0), strict=True)
-    ]  # fmt: skip
-    monkeypatch.setattr(
-        runs, "read_runs",
-        lambda out, rungs, algorithms, kept: [each for each in found
-                                              if each.rung in [rung.name for rung in rungs]],
-    )  # fmt: skip
-    return found
+def kept(tmp_path):
+    """The option with a copy of the runs that the documentation tells of, and these."""
+    file = tmp_path / "runs.parquet"
+    file.write_bytes((DOCS / "data" / "ladder.parquet").read_bytes())
+    return f"--kept={file}", runs.read_kept(file)
 
 
 def test_a_ladder_makes_five_trainings_of_all_algorithms_on_all_rungs(call, kept, tmp_path):
-    result, done = call("ladder", f"--out={tmp_path}")
+    result, done = call("ladder", f"--out={tmp_path}", kept[0])
     (jobs,), rungs, algorithms = done.jobs, read_rungs(), read_algorithms().values()
     assert len(jobs) == 5 * sum(len(each.rungs) or len(rungs) for each in algorithms)
     assert {job.seed for job in jobs} == {0, 1, 2, 3, 4}
     assert {job.budget for job in jobs} == {None}
     assert done.workers == [2]
-    lines = result.output.splitlines()[-2:]
-    for line, each in zip(lines, kept, strict=True):
-        normalised = read_rungs()[each.rung].normalised(each.score)
-        assert line == f"{each.rung} sb3_ppo {each.seed}: {each.score:.1f}, {normalised:.2f}"
+    assert len(result.output.splitlines()) == len(kept[1])
+    for run in kept[1]:
+        told = f"{run.score:.1f}, {rungs[run.rung].normalised(run.score):.2f}"
+        assert f"{run.rung} {run.algorithm} {run.seed}: {told}\n" in result.output
 
 
 def test_a_ladder_of_one_rung_tells_of_that_and_keeps_a_file_of_all(call, kept, tmp_path):
     result, done = call(
-        "ladder", f"--rung={kept[0].rung}", "--algorithm=sb3_ppo", "--seeds=1", "--budget=500",
-        "--workers=3", f"--out={tmp_path}",
+        "ladder", "--rung=near", "--algorithm=sb3_ppo", "--seeds=1", "--budget=500",
+        "--workers=3", f"--out={tmp_path}", kept[0],
     )  # fmt: skip
     ((job,),) = done.jobs
     told = job.rung.name, job.algorithm.name, job.seed, job.robot_steps
-    assert told == (kept[0].rung, "sb3_ppo", 0, 500)
+    assert told == ("near", "sb3_ppo", 0, 500)
     assert done.workers == [3]
-    assert kept[1].rung not in result.output
+    assert all(line.startswith("near sb3_ppo ") for line in result.output.splitlines())
     tree = json.loads((tmp_path / "marl_eval.json").read_text("utf-8"))["swarm_forage"]
-    assert list(tree) == [each.rung for each in kept]
+    assert set(tree) == {run.rung for run in kept[1]}
 
 
 def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch, tmp_path):
@@ -104,25 +97,26 @@ def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch,
     assert len(lines) == 2, result.output
 
 
-def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
-    call, kept, tmp_path, monkeypatch
-):
+def test_the_page_of_the_documentation_is_what_its_runs_make(call, kept, tmp_path, monkeypatch):
+    """Scores, intervals and comparisons, in their order; a figure of each rung, and one of all."""
     drawn = []
     monkeypatch.setattr(figures, "curves", lambda rung, *rest: f"curves of {rung.name}")
     monkeypatch.setattr(figures, "profiles", lambda rungs, *rest: f"profiles of {len(rungs)}")
     monkeypatch.setattr(figure_page, "save_figure", lambda *given: drawn.append(given[:2]))
-    page = tmp_path / "page.md"
-    told = (f"--out={tmp_path}", f"--kept={tmp_path / 'runs.parquet'}", f"--page={page}")
-    call("ladder", "--seeds=0", *told)
-    folder = tmp_path / "images" / "ladder"
+    told = f"--out={tmp_path}", kept[0], f"--page={tmp_path / 'page.md'}"
+    assert call("ladder", "--seeds=0", *told)[0].exit_code == 0
+    folder, names = tmp_path / "images" / "ladder", {run.rung for run in kept[1]}
+    ran = [name for name in read_rungs() if name in names]
     assert drawn == [
-        *((f"curves of {each.rung}", folder / f"{each.rung}.png") for each in kept),
-        ("profiles of 2", folder / "profile.png"),
+        *((f"curves of {name}", folder / f"{name}.png") for name in ran),
+        (f"profiles of {len(ran)}", folder / "profile.png"),
     ]
-    text = page.read_text("utf-8")
-    assert "2 runs, 2 min of training in all" in text
-    assert f"swarm-forage benchmark ladder {' '.join(told)}" in text
-    assert runs.read_kept(tmp_path / "runs.parquet") == kept
+    expected = (DOCS / "ladder.md").read_text("utf-8")
+    command = "--out=runs/ladder --kept=docs/data/ladder.parquet --page=docs/ladder.md"
+    assert command in expected
+    made = (tmp_path / "page.md").read_text("utf-8")
+    assert made.replace(" ".join(told), command) == expected
+    assert runs.read_kept(tmp_path / "runs.parquet") == kept[1]
 
 
 def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):

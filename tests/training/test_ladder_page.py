@@ -1,8 +1,6 @@
 """The ladder's figures, page and list, number by number, on runs worked by hand."""
 
-import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,13 +13,9 @@ from training.ladder.rungs import (
     Card,
     Rung,
     Score,
-    find_algorithms,
     read_algorithms,
-    read_rungs,
 )
-from training.ladder.runs import Job, Run, read_kept, read_runs
-
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+from training.ladder.runs import Job, Run
 
 CARD = Card(
     rung=3, title="Tiny", hard="Nothing.", controllers=("nc", "ssgikf"), also=(),
@@ -123,16 +117,6 @@ def test_a_profile_is_the_share_of_runs_above_each_score_in_per_cent(rung, drawn
     assert means.high.max() == 100.0
     assert figure.axes[0].get_xlim() == (0.0, 1.5)
     assert figure.caption.text.startswith("Runs of tiny, ")
-
-
-def test_the_page_of_the_documentation_is_what_its_runs_make():
-    """Scores, intervals and comparisons, in their order and as exact as they are shown."""
-    kept, rungs = read_kept(DOCS / "data" / "ladder.parquet"), list(read_rungs().values())
-    runs = read_runs(DOCS / "none", rungs, find_algorithms(None), kept)
-    assert len(runs) == len(kept), "none is of another configuration now"
-    text = (DOCS / "ladder.md").read_text("utf-8")
-    (command,) = re.findall("^swarm-forage benchmark ladder .*--page.*$", text, re.MULTILINE)
-    assert page.page(rungs, runs, command) == text
 
 
 def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):

@@ -60,6 +60,7 @@ def by_sb3(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
 
 
 def _acting(policy: BasePolicy) -> Act:
+    """A policy of stable-baselines3 as the test worlds call it."""
     states: tuple[Array, ...] | None = None
 
     def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
@@ -95,7 +96,7 @@ def by_own_ppo(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> Non
 
 
 def acting(policy: ActorCritic) -> Act:
-    """The policy as the test worlds call it; a memory is kept of every robot."""
+    """A network as the test worlds call it; a memory is kept of every robot."""
     states = torch.empty(0)
 
     @torch.no_grad()
