@@ -16,6 +16,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
+from tests.contracts.conftest import random_exchanges
 from tests.outside import exchanges
 from training.dagger import WeightingActor
 from training.learned_weighting import (
@@ -164,13 +165,8 @@ def weigh(network, seen):
 
 
 def test_zero_weights_are_sgiff():
-    rng, rows = np.random.default_rng(0), (500, 2)
-    seen = exchanges(
-        500, is_valid=rng.random(500) < 0.5, own_p=rng.exponential(5.0, rows),
-        heard_p=rng.exponential(5.0, rows), disagreement=rng.exponential(0.5, rows),
-        own_distance=rng.exponential(1.0, rows), heard_distance=rng.exponential(1.0, rows),
-        range=rng.uniform(0.07, 0.15, 500), n_averaged=rng.integers(1, 250, 500),
-    )  # fmt: skip
+    seen = random_exchanges(np.random.default_rng(0), 500)
+    seen.is_valid[::2] = 0.0
     ended = seen.is_valid > 0
     g = weigh(np.zeros(N_NUMBERS), seen)
     expected = RowWeighting(SGIFF(beta=0.01).layer(find_scenario("es1")))(seen)
