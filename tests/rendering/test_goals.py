@@ -44,9 +44,10 @@ def scene(time=60.0, n=1, **changes):
         "right": np.zeros(n, np.int32),
         "wrong": np.zeros(n, np.int32),
     }
-    others = {name: changes.pop(name) for name in ("pose", "messages") if name in changes}
-    pose = others.pop("pose", np.zeros((n, 3)))
-    return scene_of(pose, time=time, localised=Localised(**(own | changes)), **others)
+    pose = changes.pop("pose", np.zeros((n, 3)))
+    messages = changes.pop("messages", np.zeros((0, 2), np.int32))
+    own |= changes
+    return scene_of(pose, time=time, localised=Localised(**own), messages=messages)
 
 
 def shown(*scenes, show=BARE):
@@ -63,9 +64,7 @@ def test_a_scene_is_the_truth_about_its_own_world(loop):
         assert_array_equal(found.localised.believed, belief["pose"][:, :2])
         assert found.total == robots["right"].sum()
         seen = loop.world.sightings["seen"][which]
-        assert {(j, i) for i, j in zip(*np.nonzero(seen), strict=True)} == set(
-            map(tuple, found.messages.tolist())
-        )
+        assert_array_equal(found.messages[:, ::-1], np.argwhere(seen))
         assert_array_equal(found.doing == TALKING, seen.any(axis=1))
         within = found.localised.is_within(found.pose)
         for robot in range(5):
