@@ -19,7 +19,7 @@ from swarm_forage_env.scene import TALKING, WITHIN, Localised
 from swarm_forage_env.task import stage_of
 from swarm_forage_env.waypoints.drawing import ellipses
 from tests.rendering.replay.pages import unpacked
-from tests.rendering.scenes import scene_of
+from tests.rendering.scenes import scene_of, scenes_of
 from tests.rendering.test_painter import near, painted
 
 STAGE = stage_of(find_scenario("waypoints-05"), "boids-adaptive")
@@ -30,8 +30,7 @@ BARE = Show(trails=False, messages=False)
 def loop():
     """Two worlds of five robots after 40 s."""
     found = Loop(find_scenario("waypoints-05"), find_controller("boids-goal"), [1, 2])
-    for _ in range(80):
-        found.step()
+    found.run(80)
     return found
 
 
@@ -138,11 +137,9 @@ def test_lidar_is_a_circle_and_a_line_between_those_that_see_each_other():
 
 def test_a_recording_holds_goals_claims_and_ellipses_within_its_rounding(loop):
     fresh = Loop(find_scenario("waypoints-05"), find_controller("boids-adaptive"), [3])
-    scenes, recording = [], Recording(1000)
-    for _ in range(60):
-        scenes.append(fresh.scene())
-        recording.add(scenes[-1])
-        fresh.step()
+    scenes, recording = scenes_of(fresh, 59), Recording(1000)
+    for each in scenes:
+        recording.add(each)
     _, share, _, columns = unpacked(*recording.pack())
     assert_allclose(share, [each.share for each in scenes], atol=1e-6)
     own = [each.localised for each in scenes]
