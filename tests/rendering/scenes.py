@@ -17,6 +17,15 @@ AREAS = [
 ]
 
 
+def scenes_of(loop, ticks):
+    """The scenes of a loop now and after each of so many ticks."""
+    found = [loop.scene()]
+    for _ in range(ticks):
+        loop.step()
+        found.append(loop.scene())
+    return found
+
+
 def scene_of(pose, **changes):
     """Robots that explore without beliefs or messages, after a minute."""
     n = len(pose)

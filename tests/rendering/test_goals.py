@@ -19,7 +19,7 @@ from swarm_forage_env.scene import TALKING, WITHIN, Localised
 from swarm_forage_env.task import stage_of
 from swarm_forage_env.waypoints.drawing import ellipses
 from tests.rendering.replay.pages import unpacked
-from tests.rendering.scenes import scene_of
+from tests.rendering.scenes import scene_of, scenes_of
 from tests.rendering.test_painter import near, painted
 
 STAGE = stage_of(find_scenario("waypoints-05"), "boids-adaptive")
@@ -30,8 +30,7 @@ BARE = Show(trails=False, messages=False)
 def loop():
     """Two worlds of five robots after 40 s."""
     found = Loop(find_scenario("waypoints-05"), find_controller("boids-goal"), [1, 2])
-    for _ in range(80):
-        found.step()
+    found.run(80)
     return found
 
 
@@ -44,9 +43,10 @@ def scene(time=60.0, n=1, **changes):
         "right": np.zeros(n, np.int32),
         "wrong": np.zeros(n, np.int32),
     }
-    others = {name: changes.pop(name) for name in ("pose", "messages") if name in changes}
-    pose = others.pop("pose", np.zeros((n, 3)))
-    return scene_of(pose, time=time, localised=Localised(**(own | changes)), **others)
+    pose = changes.pop("pose", np.zeros((n, 3)))
+    messages = changes.pop("messages", np.zeros((0, 2), np.int32))
+    own |= changes
+    return scene_of(pose, time=time, localised=Localised(**own), messages=messages)
 
 
 def shown(*scenes, show=BARE):
@@ -63,9 +63,7 @@ def test_a_scene_is_the_truth_about_its_own_world(loop):
         assert_array_equal(found.localised.believed, belief["pose"][:, :2])
         assert found.total == robots["right"].sum()
         seen = loop.world.sightings["seen"][which]
-        assert {(j, i) for i, j in zip(*np.nonzero(seen), strict=True)} == set(
-            map(tuple, found.messages.tolist())
-        )
+        assert_array_equal(found.messages[:, ::-1], np.argwhere(seen))
         assert_array_equal(found.doing == TALKING, seen.any(axis=1))
         within = found.localised.is_within(found.pose)
         for robot in range(5):
@@ -139,11 +137,9 @@ def test_lidar_is_a_circle_and_a_line_between_those_that_see_each_other():
 
 def test_a_recording_holds_goals_claims_and_ellipses_within_its_rounding(loop):
     fresh = Loop(find_scenario("waypoints-05"), find_controller("boids-adaptive"), [3])
-    scenes, recording = [], Recording(1000)
-    for _ in range(60):
-        scenes.append(fresh.scene())
-        recording.add(scenes[-1])
-        fresh.step()
+    scenes, recording = scenes_of(fresh, 59), Recording(1000)
+    for each in scenes:
+        recording.add(each)
     _, share, _, columns = unpacked(*recording.pack())
     assert_allclose(share, [each.share for each in scenes], atol=1e-6)
     own = [each.localised for each in scenes]

@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering import painter as painter_of
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
@@ -127,30 +126,6 @@ def test_the_panel_stays_outside_the_arena(name, width):
         edges = np.concatenate([frame[:, :3], frame[:, -3:]], axis=1)
         assert (edges == 255).all()
         assert (frame[-3:] == 255).all()
-
-
-@pytest.mark.parametrize("width", [400, 512, 720])
-def test_names_stand_off_robots_and_nothing_runs_through_them(width, monkeypatch):
-    written = []
-    free = painter_of.is_free
-
-    def noted(place, arena, robots, radius, taken):
-        is_so = free(place, arena, robots, radius, taken)
-        if is_so:
-            written.append((place.copy(), robots, radius))
-        return is_so
-
-    monkeypatch.setattr(painter_of, "is_free", noted)
-    rng = np.random.default_rng(3)
-    for _ in range(20):
-        places = rng.uniform(-0.5, 0.5, (10, 2)) * (STAGE.length - 0.1, STAGE.width - 0.1)
-        places[:4] = STAGE.areas[0] + rng.uniform(-0.15, 0.15, (4, 2))
-        painted(scene(places.tolist()), width=width)
-    assert len(written) > 20
-    for place, robots, _ in written:
-        for x, y in robots:
-            inside = place.left <= x <= place.right and place.top <= y <= place.bottom
-            assert not inside
 
 
 def test_a_name_leaves_its_place_for_a_robot_and_only_then():

@@ -15,8 +15,7 @@ from tests.beliefs import localisation_error
 def loop(busy):
     """Two worlds of ten robots after two and a half minutes."""
     found = Loop(busy, find_controller("ssgikf"), [1, 2])
-    for _ in range(1500):
-        found.step()
+    found.run(1500)
     return found
 
 
@@ -85,8 +84,7 @@ def test_without_beliefs_a_robot_goes_where_the_task_sends_it(busy):
 def test_a_scene_stays_as_it_is(loop):
     scene = scenes(loop)[0]
     pose, known, trips = scene.pose.copy(), scene.known.copy(), scene.round_trips.copy()
-    for _ in range(200):
-        loop.step()
+    loop.run(200)
     loop.reset([5, 6])
     assert_array_equal(scene.pose, pose)
     assert_array_equal(scene.known, known)

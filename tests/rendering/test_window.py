@@ -13,6 +13,7 @@ from swarm_forage_env.rendering import window as windows
 from swarm_forage_env.rendering.layout import Layout
 from swarm_forage_env.rendering.window import Window
 from swarm_forage_env.task import stage_of
+from tests.rendering.scenes import scenes_of
 
 
 class Clock:
@@ -44,12 +45,7 @@ def clock(monkeypatch):
 
 @pytest.fixture(scope="module")
 def scenes(busy):
-    loop = Loop(busy, find_controller("ssgikf"), [1])
-    found = []
-    for _ in range(60):
-        found.append(loop.scene())
-        loop.step()
-    return found
+    return scenes_of(Loop(busy, find_controller("ssgikf"), [1]), 59)
 
 
 @pytest.fixture

@@ -6,9 +6,7 @@ import pytest
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import stage_of
-from tests.rendering.scenes import scene_of
-
-TICKS = 1500
+from tests.rendering.scenes import scene_of, scenes_of
 
 
 @pytest.fixture(scope="session")
@@ -19,12 +17,7 @@ def stage(busy):
 @pytest.fixture(scope="session")
 def scenes(busy):
     """Two and a half minutes of ten robots."""
-    loop = Loop(busy, find_controller("ssgikf"), [1])
-    found = [loop.scene()]
-    for _ in range(TICKS):
-        loop.step()
-        found.append(loop.scene())
-    return found
+    return scenes_of(Loop(busy, find_controller("ssgikf"), [1]), 1500)
 
 
 @pytest.fixture(scope="session")

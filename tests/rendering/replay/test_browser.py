@@ -16,7 +16,7 @@ from swarm_forage_env.rendering.replay import Opening, Replay
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import stage_of
 from tests.chromium import CHROMIUM, MISSING, launched_browser  # noqa: F401 the fixture browser
-from tests.rendering.scenes import AREAS, CORNERS, OBSTACLES
+from tests.rendering.scenes import AREAS, CORNERS, OBSTACLES, scenes_of
 
 pytestmark = [
     pytest.mark.browser,
@@ -279,11 +279,9 @@ def test_a_picture_shows_several_areas_and_the_move_of_one(still):
 def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
     loop = Loop(find_scenario("waypoints-05"), find_controller("boids-adaptive"), [1])
     replay = Replay(stage_of(loop.world.scenario, "boids-adaptive"), 1, "")
-    scenes = []
-    for _ in range(120):
-        scenes.append(loop.scene())
-        replay.add(scenes[-1])
-        loop.step()
+    scenes = scenes_of(loop, 119)
+    for each in scenes:
+        replay.add(each)
     replay.write(tmp_path / "goals.html")
     page = opened(path=tmp_path / "goals.html")
     assert page.locator("#score-name").inner_text() == "Goals reached"
@@ -307,11 +305,7 @@ def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
 @pytest.fixture(scope="module")
 def compared(stage, scenes, busy, tmp_path_factory):
     """A replay of two swarms from 60 s on, and the scenes of the second."""
-    loop = Loop(busy, find_controller("nc"), [1])
-    others = [loop.scene()]
-    for _ in range(len(scenes) - 1):
-        loop.step()
-        others.append(loop.scene())
+    others = scenes_of(Loop(busy, find_controller("nc"), [1]), len(scenes) - 1)
     opening = Opening(start=60.0, speed=20.0, select=3, beside="nc", colours=COLOURS)
     replay = Replay(stage, 1, "", opening=opening)
     for first, second in zip(scenes[400:], others[400:], strict=True):
