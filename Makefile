@@ -163,7 +163,7 @@ reproduce: $(READY)  ## the claims and figures of the three papers, boids that f
 		--page docs/papers/boids_foraging.md
 	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 6 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/robustness.md
-	$(BIN)/swarm-forage reproduce transfer --set task.duration=1800 \
+	$(BIN)/swarm-forage reproduce transfer --set task.duration=1800 --seed 1000 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/transfer.md
 
 pictures: $(READY)  ## the stills and the clip of README and docs
