@@ -1,4 +1,4 @@
-"""The worlds of a loop on a GPU: a CPU makes them, the GPU runs them and resets them.
+"""The worlds of a loop on a GPU, which runs them and resets them.
 
 Ticks are the same text as on a CPU, `run_ticks`, in one launch. The records stay in the memory of
 the GPU; what is asked for is copied back. A kernel cannot raise: what goes wrong is noted, and
@@ -35,12 +35,11 @@ class DeviceLoop:
     """
 
     def __init__(self, loop: Loop) -> None:
-        """Bring the worlds of a loop to the GPU, as they stand."""
+        """Bring the worlds of a loop to the GPU, as they stand: of a blank one the first alone."""
         self.layers, self.task = _layers_of(loop)
         self.loop, self.memory = loop, DeviceMemory()
         self.functions: Mapping[str, Kernel] = {
             **loop.world.functions, **self.layers.functions, **self.task.functions,
-            "place_world": self.task.place,
         }  # fmt: skip
         """What the templates of ticks and of worlds that begin have free names for."""
         self._run = bind_grid(run_ticks, self.functions)
@@ -104,8 +103,9 @@ class DeviceLoop:
 
     @property
     def starts(self) -> tuple[Any, ...]:
-        """What worlds start from: first records, the seed of each, and room for places."""
-        return *self._firsts, self._seeds, *self._places
+        """What worlds start from: as `World.starts`, with first records of the layers."""
+        first_robot, *rest = self._starts
+        return first_robot, *self._firsts, *rest
 
     @property
     def traffic(self) -> dict[str, int]:
@@ -184,22 +184,19 @@ class DeviceLoop:
 
     def _prepare_resets(self) -> None:
         """Bring to the GPU what worlds start from."""
-        memory, shape = self.memory, self.world.robots.shape
         self._begin = bind_grid(begin_worlds, self.functions)
-        robot = np.zeros(1, self.world.robots.dtype)
-        self.task.robot.restart(robot)
-        self._firsts = tuple(map(memory.to_device, (robot, *self.layers.firsts)))
-        self._seeds = memory.to_device(np.zeros(shape[0], np.uint64))
-        self._places = memory.empty(shape, np.uint64), memory.empty((*shape, 3), np.float64)
+        self._firsts = tuple(map(self.memory.to_device, self.layers.firsts))
+        self._starts = tuple(map(self.memory.repeated, self.world.starts))
 
     def _restart(self, seeds: Array, modes: PlacedArray) -> None:
-        self.memory.write(self._seeds, seeds)
+        self.memory.write(self._starts[1], seeds)
         world, layers, trouble = self.ticking
         self._begin[self.launch](world, layers, self.starts, self.layers.noise, modes, trouble)
         self.run(1, modes)
 
     def _upload_all(self) -> None:
-        self.arrays = {name: self.memory.to_device(own) for name, own in self._host().items()}
+        put = self.memory.repeated if self.loop.is_blank else self.memory.to_device
+        self.arrays = {name: put(own) for name, own in self._host().items()}
         self.trouble = self.memory.to_device(self.world.trouble)
         """What went wrong in each world since `check` was called."""
 

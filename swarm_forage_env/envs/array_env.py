@@ -363,7 +363,8 @@ class ArrayEnv:
 
     def _made_loop(self, parts: EnvParts) -> Loop:
         config, seeds = parts.config, range(self.n_worlds)
-        return Loop(parts.scenario, parts.controller, seeds, config.physics, config.threads)
+        made_of = parts.scenario, parts.controller, seeds, config.physics, config.threads
+        return Loop(*made_of, is_blank=True)
 
     def _prepare(self, parts: EnvParts) -> None:
         """Make the spaces, and what a decision consists of."""

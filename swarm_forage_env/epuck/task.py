@@ -17,7 +17,6 @@ from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.epuck.control import steer_world
 from swarm_forage_env.epuck.drawing import scene, stage
-from swarm_forage_env.epuck.placing import place_world
 from swarm_forage_env.epuck.policies import MOTION, STEERINGS
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.scenario import EpuckScenario
@@ -36,6 +35,9 @@ log: Kernel
 
 FAMILY = "epuck"
 """Layers that are made for it run in every task that is made here."""
+
+ON_GPU: Mapping[str, Kernel] = {"list_neighbours": list_by_robots}
+"""What a GPU does otherwise than a CPU."""
 
 
 @kernel
@@ -89,7 +91,7 @@ class EpuckTask:
             steered_by=("robots.readings", "robots.heard"),
             policies={"motion": MOTION},
             steerings=STEERINGS,
-            gpu=gpu_task(self.world.robot_kind, {True: self.log, False: self.log}),
+            gpu=GpuTask(functions=ON_GPU, log={True: self.log, False: self.log}),
             global_state=partial(SwarmState, self.infos, self.log),
             episode=self.episode,
             drawing=(partial(stage, headings=self.headings), self._scene),
@@ -103,16 +105,6 @@ class EpuckTask:
     def _scene(self, world: EpuckWorld, minds: Array, which: int = 0) -> Scene:
         score, share = self.shown(world, which)
         return scene(world, which, score.astype(np.int32), float(share))
-
-
-def gpu_task(robot: type[EpuckState], write_log: Mapping[bool, Kernel]) -> GpuTask:
-    """What a GPU needs of a task of e-pucks."""
-    return GpuTask(
-        functions={"list_neighbours": list_by_robots},
-        place=place_world,
-        robot=robot,
-        log=write_log,
-    )
 
 
 class SwarmState(GlobalState):

@@ -1,7 +1,7 @@
 """The task of foraging, as the rest of the code knows it."""
 
 from swarm_forage_env.epuck.policies import slots
-from swarm_forage_env.epuck.task import gpu_task
+from swarm_forage_env.epuck.task import ON_GPU
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
@@ -17,10 +17,11 @@ from swarm_forage_env.foraging.policies import (
     apply_action,
     hear_words,
 )
-from swarm_forage_env.foraging.records import RobotState, Said
+from swarm_forage_env.foraging.records import Said
 from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.raw_control import RawControl
 from swarm_forage_env.task import TASKS, Task
 
@@ -35,7 +36,7 @@ FORAGING = Task(
     steered_by=("robots.readings", "robots.heard"),
     policies=LEARNABLE,
     steerings=FORAGING_STEERINGS,
-    gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}),
+    gpu=GpuTask(functions=ON_GPU, log={True: log_beliefs, False: log_counts}),
     raw_control=RawControl(Said, apply_action, hear_words, slots),
     potential=FORAGING_POTENTIAL,
     global_state=ForagingState,

@@ -51,9 +51,8 @@ PACKAGES = (
 ON_CPU = {
     "find_neighbours note_neighbour compare_all_pairs": "the list of neighbours of a CPU",
     "largest_count cell_of cells_of": "the list of neighbours of a CPU",
-    "draw_faults": "the loop over worlds that are made on a CPU",
     "acos": "matrices of positions in estimators that a GPU has not",
-    "seed_streams place_swarms": "a reset of a CPU",
+    "seed_streams": "a reset of the layers of a CPU",
     "start_stream _hashed _mixed": "seeds of episodes that a user gives",
     "write_events area_under is_touching is_near_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
@@ -101,7 +100,7 @@ def kernels_of(controller):
     places = np.zeros((n_worlds, n_robots), np.uint64), np.zeros((n_worlds, n_robots, 3))
     starts = world.robots[0], *layers.firsts, np.zeros(n_worlds, np.uint64), *places
     modes, trouble = world.modes, world.trouble
-    begin = bind_grid(begin_worlds, {**functions, "place_world": task.place})
+    begin = bind_grid(begin_worlds, functions)
     return {
         "run": (bind_grid(run_ticks, functions), (*arrays, modes, trouble, 0, n_worlds, 10)),
         "begin": (begin, (*arrays, starts, 64, modes, trouble)),
@@ -204,7 +203,7 @@ def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
     places = np.zeros(robots.shape, np.uint64), np.zeros((*robots.shape, 3))
     starts = world.robots[0], *layers.firsts, words[:, 0].copy(), *places
     functions = {
-        **world.functions, **layers.functions, **task.functions, "place_world": task.place,
+        **world.functions, **layers.functions, **task.functions,
         "write_raw": kernels.raw_of_numbers, "command": drive_to_wheels,
         "check_actions": kernels.check_numbers, "potential": potential,
         "add_features": kernels.add_nothing,
