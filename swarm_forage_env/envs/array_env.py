@@ -143,7 +143,9 @@ class ArrayEnv:
         """The numbers of the robots that learn."""
         self._learns: Index = slice(None) if is_all else self.learner_numbers
         own = dict.fromkeys(self.policy.replaces, (slice(None), self._learns))
-        PolicyForm([parts.scenario], parts.config).hand_over(self.world.robots["action"], own)
+        copied = slice(None if device == "cpu" else 1)  # a GPU is given the first world
+        action = self.world.robots["action"][copied]
+        PolicyForm([parts.scenario], parts.config).hand_over(action, own)
         self._on: Worlds = self.loop if device == "cpu" else DeviceLoop(self.loop)
         self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
         self._prepare(parts)
