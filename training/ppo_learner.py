@@ -311,8 +311,8 @@ class PPOLearner:
             self._states = seen
         self._add_what_follows(step)
         rows = actions, log_probs, values.flatten(), step.rewards, step.ended.float()
-        theres = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends
-        for there, here in zip(theres, rows, strict=True):
+        places = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends
+        for there, here in zip(places, rows, strict=True):
             there.index_copy_(0, k, here[None])
         rollout.observations.index_copy_(0, k.add_(1), step.observations[None])
 
