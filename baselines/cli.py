@@ -150,7 +150,8 @@ def bench(
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
     with stoppable(keeps=False):
-        from baselines.evaluation.bench.gpu import gpu_table, measure_gpu
+        from baselines.evaluation.bench.gpu import measure_gpu
+        from baselines.evaluation.bench.gpu_tables import gpu_table
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import report
         from swarm_forage_env.envs.array_env import checked_device

@@ -1,4 +1,4 @@
-"""The worlds of a loop on a GPU: a CPU makes them, the GPU runs them and resets them.
+"""The worlds of a loop on a GPU, which runs them and resets them.
 
 Ticks are the same text as on a CPU, `run_ticks`, in one launch. The records stay in the memory of
 the GPU; what is asked for is copied back. A kernel cannot raise: what goes wrong is noted, and
@@ -35,21 +35,20 @@ class DeviceLoop:
     """
 
     def __init__(self, loop: Loop) -> None:
-        """Bring the worlds of a loop to the GPU, as they stand."""
+        """Bring the worlds of a loop to the GPU, as they stand: of a blank one the first alone."""
         self.layers, self.task = _layers_of(loop)
         self.loop, self.memory = loop, DeviceMemory()
         self.functions: Mapping[str, Kernel] = {
             **loop.world.functions, **self.layers.functions, **self.task.functions,
-            "place_world": self.task.place,
         }  # fmt: skip
         """What the templates of ticks and of worlds that begin have free names for."""
         self._run = bind_grid(run_ticks, self.functions)
+        self._begin = bind_grid(begin_worlds, self.functions)
         shape = loop.world.robots.shape
         self.grid = grid_of(*shape)
         """Blocks, and threads of a block: robots by worlds."""
         self._modes = self.memory.to_device(loop.world.modes)
         self._upload_all()
-        self._prepare_resets()
 
     @property
     def world(self) -> World:
@@ -104,8 +103,9 @@ class DeviceLoop:
 
     @property
     def starts(self) -> tuple[Any, ...]:
-        """What worlds start from: first records, the seed of each, and room for places."""
-        return *self._firsts, self._seeds, *self._places
+        """What worlds start from: as `World.starts`, with first records of the layers."""
+        first_robot, *rest = self._starts
+        return first_robot, *self._firsts, *rest
 
     @property
     def traffic(self) -> dict[str, int]:
@@ -131,9 +131,15 @@ class DeviceLoop:
         if scenarios is not None:
             self.loop.renumber(scenarios, which)
             self.upload(which, NUMBERS)
-        own, is_new = np.zeros(len(self.world.scenarios), np.uint64), self._mask(which)
-        own[which] = [checked_seed(seed) for seed in seeds]
-        self._restart(own, self.memory.to_device(is_new))
+        n_worlds = self.world.n_worlds
+        own, modes = np.zeros(n_worlds, np.uint64), np.zeros(n_worlds, np.int8)
+        own[which], modes[which] = [checked_seed(seed) for seed in seeds], BEGINS
+        self.memory.write(self._starts[1], own)
+        which_begin, (world, layers, trouble) = self.memory.to_device(modes), self.ticking
+        self._begin[self.launch](
+            world, layers, self.starts, self.layers.noise, which_begin, trouble
+        )
+        self.run(1, which_begin)
 
     def fields(self, layout: FieldLayout) -> tuple[Any, Any, Any, Any, int]:
         """Where the fields of a layout lie, for `read_fields` and `write_fields`."""
@@ -159,7 +165,7 @@ class DeviceLoop:
 
     def download(self) -> Loop:
         """The loop on the CPU, with its robots, worlds and minds as they stand on the GPU."""
-        host = self._host()
+        host, self.loop.is_blank = self._host(), False
         for name in CHANGED:
             host[name][...] = self.memory.read(self.arrays[name])
         return self.loop
@@ -176,32 +182,13 @@ class DeviceLoop:
             self.download()
             self.loop.check()
 
-    def _mask(self, which: Sequence[int]) -> Array:
-        """These worlds begin; a number for each."""
-        modes = np.zeros(self.world.n_worlds, np.int8)
-        modes[which] = BEGINS
-        return modes
-
-    def _prepare_resets(self) -> None:
-        """Bring to the GPU what worlds start from."""
-        memory, shape = self.memory, self.world.robots.shape
-        self._begin = bind_grid(begin_worlds, self.functions)
-        robot = np.zeros(1, self.world.robots.dtype)
-        self.task.robot.restart(robot)
-        self._firsts = tuple(map(memory.to_device, (robot, *self.layers.firsts)))
-        self._seeds = memory.to_device(np.zeros(shape[0], np.uint64))
-        self._places = memory.empty(shape, np.uint64), memory.empty((*shape, 3), np.float64)
-
-    def _restart(self, seeds: Array, modes: PlacedArray) -> None:
-        self.memory.write(self._seeds, seeds)
-        world, layers, trouble = self.ticking
-        self._begin[self.launch](world, layers, self.starts, self.layers.noise, modes, trouble)
-        self.run(1, modes)
-
     def _upload_all(self) -> None:
-        self.arrays = {name: self.memory.to_device(own) for name, own in self._host().items()}
+        put = self.memory.repeated if self.loop.is_blank else self.memory.to_device
+        self.arrays = {name: put(own) for name, own in self._host().items()}
         self.trouble = self.memory.to_device(self.world.trouble)
         """What went wrong in each world since `check` was called."""
+        self._firsts = tuple(map(self.memory.to_device, self.layers.firsts))
+        self._starts = tuple(map(self.memory.repeated, self.world.starts))
 
     def _host(self) -> dict[str, Array]:
         """The arrays on the CPU, as views."""

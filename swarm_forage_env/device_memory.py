@@ -53,6 +53,19 @@ class DeviceMemory(Memory):
         """A copy of an array in the memory of the GPU."""
         return self._gpu.to_device(np.ascontiguousarray(array), stream=self._stream)
 
+    def repeated(self, array: Array) -> Any:  # noqa: ANN401 as above
+        """As `to_device`, of an array whose rows are as the first: no other leaves the CPU."""
+        if not array.size:
+            return self.to_device(array)
+        there, size, done = self.empty(array.shape, array.dtype), array.nbytes, array[:1].nbytes
+        self.write(there[:1], array[:1])
+        flat = there.view(np.uint8).reshape(size)
+        while done < size:
+            more = min(done, size - done)
+            flat[done : done + more].copy_to_device(flat[:more], stream=self._stream)
+            done += more
+        return there
+
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> Any:  # noqa: ANN401 as above
         """An array in the memory of the GPU."""
         return self._gpu.device_array(shape, dtype, stream=self._stream)

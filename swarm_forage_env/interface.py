@@ -125,10 +125,6 @@ class GpuTask:
 
     functions: Mapping[str, Kernel]
     """Bound to free names of the task's templates instead of the CPU's."""
-    place: Kernel
-    """The row template `place_world`: puts the robots of a new world at their starting places."""
-    robot: type[Record]
-    """What a robot is."""
     log: Mapping[bool, Kernel]
     """Row functions that write what is logged of a robot: with beliefs, and without."""
 

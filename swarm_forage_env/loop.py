@@ -66,17 +66,21 @@ class Loop(WorldsOnCpu):
         seeds: Sequence[int],
         physics: str | None = None,
         threads: int = 1,
+        is_blank: bool = False,
     ) -> None:
         """One world for each seed, sensed and about to move.
 
         `scenario` and `controller` are one for all worlds or one for each; they may differ in
         every number but how many robots there are. Robots of different controllers in one world
-        are a `MixedController`.
+        are a `MixedController`. A block that `is_blank` has one scenario and one controller, and
+        nobody in it has a place before a reset.
         """
         scenarios = _one_each(scenario, seeds)
         self.task = task.one_task(scenarios)
         self.physics = physics or self.task.physics
-        self.world: World = self.task.world(scenarios, seeds, self.physics)
+        self.world: World = self.task.world(scenarios, () if is_blank else seeds, self.physics)
+        self.is_blank = is_blank
+        """All worlds are as the first."""
         controllers = _one_each(controller, seeds)
         mixed = (each for each in controllers if isinstance(each, MixedController))
         leader = next(mixed, controllers[0])
@@ -87,7 +91,8 @@ class Loop(WorldsOnCpu):
         self._chunks = chunks(self.world.n_worlds, self.threads)
         self._layers = self.controller.compiled
         self._kernels: dict[tuple[str, ...], Kernel] = {}
-        self._begin(range(self.world.n_worlds), seeds)
+        if not is_blank:
+            self._begin(range(self.world.n_worlds), seeds)
 
     def reset(
         self,
@@ -165,6 +170,7 @@ class Loop(WorldsOnCpu):
             raise ConfigError(f"a snapshot of {there}, cannot be restored in {here}")
         scenarios = snapshot.world["scenarios"]
         task.check_fit(self.world.scenarios, scenarios)
+        self.is_blank = False
         self.world.restore(snapshot.world)
         self.controller.restore(snapshot.controller)
 
@@ -208,6 +214,7 @@ class Loop(WorldsOnCpu):
 
     def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
         """Let the controller forget some worlds, then sense and observe in them."""
+        self.is_blank = False
         seed_of = dict(zip(which, seeds, strict=True))
         stages = tuple(STAGES) if self.world.is_compiled else AFTER_ENGINE
         for first, last in task.consecutive(which):

@@ -43,9 +43,13 @@ class World(ABC):
     is_compiled = True
     """Nothing outside compiled code moves the robots."""
 
-    def __init__(self, scenarios: Sequence[BaseScenario], seeds: Sequence[int]) -> None:
+    starts: tuple[Array, ...]
+    """What compiled code begins worlds from: the first record of a robot, the seed of each world,
+    and room for the streams and the poses of its robots."""
+
+    def __init__(self, scenarios: Sequence[BaseScenario]) -> None:
         self.scenarios = tuple(scenarios)
-        self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
+        self.n_worlds, self.n_robots = len(scenarios), _n_robots(scenarios)
         self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
         """What each robot has earned since somebody set it to 0."""
         self.trouble: Trouble = np.zeros(self.n_worlds + 1, np.int64)
@@ -83,6 +87,9 @@ class World(ABC):
 
     def _tick_in(self, modes: Modes, first: int, last: int) -> None:
         self._tick(self.arrays, (), modes, self.trouble, first, last, 1)
+        self._check()
+
+    def _check(self) -> None:
         if self.trouble[-1]:
             raise trouble_in(self, lambda w, robot: "")
 
@@ -120,23 +127,19 @@ class World(ABC):
         """Reset the worlds of these indices, or all, each to its seed; nobody has sensed yet.
 
         With `scenarios`, one for each of them, they have other numbers from now on. ConfigError,
-        before anything changes, for what does not fit.
+        before anything changes, for what does not fit; and where robots find no room.
         """
         which = checked_worlds(worlds, self.n_worlds)
         if len(seeds) != len(which):
             raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
         checked = [checked_seed(seed) for seed in seeds]
-        numbers = [self.scenarios[w] for w in which]
         if scenarios is not None:
-            check_fit(numbers, scenarios)
-            numbers = list(scenarios)
-        for first, last in consecutive(range(len(which)), numbers):
-            self.check_start(numbers[first], checked[first:last])
-        if scenarios is not None:
-            self.replace_scenarios(which, numbers)
+            check_fit([self.scenarios[w] for w in which], scenarios)
+            self.replace_scenarios(which, scenarios)
         seed_of = dict(zip(which, checked, strict=True))
         for first, last in consecutive(which, self.scenarios):
             self.restart(first, last, [seed_of[w] for w in range(first, last)])
+        self._check()
 
     def replace_scenarios(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
         """Give worlds the numbers of other scenarios, one for each, which fit."""
@@ -144,9 +147,6 @@ class World(ABC):
         self.scenarios = tuple(changed.values())
         for first, last in consecutive(which, self.scenarios):
             self.write_parameters(first, last)
-
-    def check_start(self, scenario: Any, seeds: Sequence[int]) -> None:  # noqa: ANN401, B027 of its task; most tasks cannot fail
-        """ConfigError if worlds of this scenario, one of each seed, cannot start."""
 
     @abstractmethod
     def write_parameters(self, first: int, last: int) -> None:
@@ -334,7 +334,9 @@ class Task:
     scenario: type[BaseScenario]
     """What its scenarios are."""
     world: Callable[[Sequence[Any], Sequence[int], str], World]
-    """Makes a block of worlds from a scenario and a seed for each, and the engine's name."""
+    """Makes a block of worlds from a scenario and a seed for each, and the engine's name; without
+    seeds nobody is placed before a reset."""
+
     decide: Kernel
     """The row template `decide_world`: the second half of the control, after the cut."""
     physics: str = "kinematic"

@@ -1,6 +1,7 @@
 """Work on tensors of a GPU as CUDA graphs: all its kernels in one launch."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import torch
 from torch import Tensor
@@ -38,12 +39,9 @@ class Graphed:
 
     def _record(self, given: Sequence[Tensor]) -> "_Recording":
         taken, kept = ([each.clone() for each in some] for some in (given, self._changed))
-        aside = torch.cuda.Stream()  # type: ignore[no-untyped-call]
-        aside.wait_stream(torch.cuda.current_stream())
-        with torch.cuda.stream(aside):
+        with _aside(torch.cuda.Stream()):  # type: ignore[no-untyped-call]
             for _ in range(WARM_UP):
                 self._work(*taken)
-        torch.cuda.current_stream().wait_stream(aside)
         graph = torch.cuda.CUDAGraph()
         with torch.cuda.graph(graph):
             returned = self._work(*taken)
@@ -51,6 +49,49 @@ class Graphed:
             for there, before in zip(self._changed, kept, strict=True):
                 there.copy_(before)
         return graph, taken, returned
+
+
+class Repeated:
+    """Work that goes on from call to call, on tensors that stay where they are.
+
+    It is recorded after the first calls, and then replayed; all calls are within `aside`.
+    """
+
+    def __init__(self, work: Callable[[], None], before: Callable[[], None]) -> None:
+        """`before` is what the CPU does before each call, which is no part of the graph."""
+        self._work, self._before, self._n_calls = work, before, 0
+        self._stream = torch.cuda.Stream()  # type: ignore[no-untyped-call]
+        self._graph: torch.cuda.CUDAGraph | None = None
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """In the stream that the work is recorded in: to change it amid a recording is an error."""
+        with _aside(self._stream):
+            yield
+
+    def __call__(self) -> None:
+        """Do the work once more."""
+        self._before()
+        self._n_calls += 1
+        if self._n_calls <= WARM_UP:
+            self._work()
+            return
+        if self._graph is None:
+            graph = torch.cuda.CUDAGraph()
+            with torch.cuda.graph(graph, stream=self._stream):
+                self._work()
+            self._graph = graph
+        self._graph.replay()
+
+
+@contextmanager
+def _aside(stream: torch.cuda.Stream) -> Iterator[None]:
+    """In another stream, after what this one was asked to do; later work waits for it."""
+    usual = torch.cuda.current_stream()
+    stream.wait_stream(usual)
+    with torch.cuda.stream(stream):
+        yield
+    usual.wait_stream(stream)
 
 
 _Recording = tuple[torch.cuda.CUDAGraph, list[Tensor], tuple[Tensor, ...]]

@@ -7,6 +7,7 @@ Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
 
 from collections.abc import Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,8 +19,8 @@ from torch import Tensor, nn
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from training.actor_critic import ActorCritic, RecurrentActorCritic
-from training.cuda_graphs import Graphed, Work
-from training.tensor_vec_env import TensorVecEnv
+from training.cuda_graphs import Graphed, Repeated, Work
+from training.tensor_vec_env import Step, TensorVecEnv
 
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy
@@ -35,6 +36,7 @@ class Rollout:
     states: Tensor
     """Of the rows before the first decision: rows by numbers, none for a policy without memory."""
     observations: Tensor
+    """One decision more than actions."""
     actions: Tensor
     log_probs: Tensor
     values: Tensor
@@ -214,12 +216,16 @@ class PPOLearner:
         self._optimizer = _adam(self.policy.parameters(), hyperparameters.learning_rate)
         self._tensors = _tensors_of(self.policy, self._optimizer)
         self._learn: Work = self._learn_from
+        self._repeated: Repeated | None = None
         if env.device.type == "cuda" and type(self.policy) is ActorCritic:
             self._learn = Graphed(self._learn_from, list(self._tensors.values()))
+            self._repeated = Repeated(self._decide, env.count) if env.is_one_launch else None
         self.diagnostics: dict[str, float] = {}
         """Scalars of the last update."""
         self._low, self._high = (torch.from_numpy(each).to(env.device) for each in (low, high))
         self._observations: Tensor | None = None
+        self._rollout: Rollout | None = None
+        self._k = torch.zeros(1, dtype=torch.int64, device=env.device)
         self._states = torch.zeros((env.n_rows, self._n_state), device=env.device)
         self._before = 0
 
@@ -269,32 +275,55 @@ class PPOLearner:
     def _roll_out(self, observations: Tensor) -> tuple[Rollout, Tensor]:
         """Let all rows act for `n_steps` decisions; also return the observations after these.
 
+        Both are overwritten by the next rollout.
+        """
+        rollout = self._rollout = self._rollout or self._empty_rollout(observations)
+        rollout.observations[0], rollout.states[...] = observations, self._states
+        self._k.zero_()
+        self.policy.train(False)
+        repeated = self._repeated
+        with repeated.aside() if repeated else nullcontext():
+            for _ in range(self.n_steps):
+                (repeated or self._decide)()
+            last = self._seen(rollout.observations[-1])
+            rollout.values[-1] = self.policy.predict_values(last).flatten()
+        self.env.check()
+        return rollout, rollout.observations[-1]
+
+    def _decide(self) -> None:
+        """One decision of all rows, the k-th of the rollout; a graph repeats it.
+
         Episodes end by a time limit only, so the critic's value of the last observation replaces
         the rewards that would follow.
         """
-        n, env, policy = self.n_steps, self.env, self.policy
-        rollout = self._empty_rollout(observations)
-        policy.train(False)
-        for k in range(n):
-            seen = self._seen(observations)
-            actions, values, log_probs = policy(seen)
-            rollout.acts[k] = env.acts
-            step = env.step(torch.clamp(actions, self._low, self._high))
-            rollout.observations[k], rollout.actions[k] = observations, actions
-            rollout.log_probs[k], rollout.values[k] = log_probs, values.flatten()
-            rollout.rewards[k] = step.rewards
-            if self._n_state:
-                self._states = seen
-            if len(step.ended):
-                last = self._seen(step.final_observations)[step.ended]
-                final = policy.predict_values(last).flatten()
-                rollout.rewards[k, step.ended] += self._hyperparameters.discount * final
-                rollout.ends[k, step.ended] = 1.0
-                self._states[step.ended] = 0.0
-            observations = step.observations
-        rollout.values[n] = policy.predict_values(self._seen(observations)).flatten()
-        env.check()
-        return rollout, observations
+        rollout, env, k = self._rollout, self.env, self._k
+        assert rollout is not None
+        seen = self._seen(rollout.observations.index_select(0, k)[0])
+        actions, values, log_probs = self.policy(seen)
+        rollout.acts.index_copy_(0, k, env.acts[None])
+        take = env.launch if self._repeated else env.step
+        step = take(torch.clamp(actions, self._low, self._high))
+        if self._n_state:
+            self._states = seen
+        self._add_what_follows(step)
+        rows = actions, log_probs, values.flatten(), step.rewards, step.ended.float()
+        places = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends
+        for there, here in zip(places, rows, strict=True):
+            there.index_copy_(0, k, here[None])
+        rollout.observations.index_copy_(0, k.add_(1), step.observations[None])
+
+    def _add_what_follows(self, step: Step) -> None:
+        """Add to the rewards of rows whose episodes end the discounted values of what they see.
+
+        A GPU is asked for the values of all rows, as it would have to be waited for to know these.
+        """
+        is_gpu = self.env.device.type == "cuda"
+        if is_gpu or step.ended.any():
+            rows = slice(None) if is_gpu else step.ended
+            last = self._seen(step.final_observations)[rows]
+            values = self.policy.predict_values(last).flatten() * step.ended[rows]
+            step.rewards[rows] += self._hyperparameters.discount * values
+            self._states.masked_fill_(step.ended[:, None], 0.0)
 
     def _seen(self, observations: Tensor) -> Tensor:
         """What actor and critic see: observations, or of a memory the states after them."""
@@ -306,12 +335,12 @@ class PPOLearner:
         n, n_rows = shape = self.n_steps, self.env.n_rows
         return Rollout(
             states=self._states.clone(),
-            observations=observations.new_empty((*shape, observations.shape[1])),
+            observations=observations.new_empty((n + 1, n_rows, observations.shape[1])),
             actions=observations.new_empty((*shape, len(self._low))),
             log_probs=observations.new_empty(shape),
             values=observations.new_empty((n + 1, n_rows)),
             rewards=observations.new_empty(shape),
-            ends=observations.new_zeros(shape),
+            ends=observations.new_empty(shape),
             acts=observations.new_empty(shape, dtype=torch.bool),
         )
 
@@ -325,7 +354,7 @@ class PPOLearner:
         acts = _groups_that_act(rollout.acts, groups, why)
         n_minibatches = max(terms.n_minibatches, len(gains) // MIN_MINIBATCH)
         n_minibatches = min(n_minibatches, _n_acting(acts) // 2)
-        observations, actions = rollout.observations, rollout.actions
+        observations, actions = rollout.observations[:-1], rollout.actions
         policy.train(True)
         for _ in range(terms.n_epochs):
             shuffled = torch.randperm(len(groups), device=gains.device)
@@ -364,8 +393,9 @@ class PPOLearner:
         policy, n = self.policy, len(rollout.actions)
         assert isinstance(policy, RecurrentActorCritic)
         rows = numbers.view(-1, n)[:, 0]
-        of_rows = rollout.observations[:, rows], rollout.actions[:, rows], rollout.states[rows]
-        both = policy.evaluate_sequences(*of_rows, rollout.ends[:, rows])
+        observations, states = rollout.observations[:-1, rows], rollout.states[rows]
+        of_rows = observations, rollout.actions[:, rows], states, rollout.ends[:, rows]
+        both = policy.evaluate_sequences(*of_rows)
         values, log_probs = (each.T.flatten() for each in both)
         return values, log_probs
 

@@ -5,8 +5,9 @@ Tensors share the memory of the worlds' arrays, except in numba's simulator.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, cast
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import cast
 
 import numpy as np
 import torch
@@ -19,6 +20,7 @@ from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.keywords import Device
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.observed_fields import FieldLayout
+from swarm_forage_env.worlds_on_cpu import PlacedArray
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,39 @@ class Step:
     final_observations: Tensor
     """As `observations`, but of an episode that ended its last ones."""
     ended: Tensor
-    """Numbers of the rows whose episodes ended."""
+    """True for the rows whose episodes ended."""
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """What a block on a GPU takes and gives in one launch, in arrays that stay, and as tensors."""
+
+    block: ArrayEnv
+    array: PlacedArray
+    given: Tensor
+    """The same memory: actions."""
+    room: tuple[PlacedArray, ...]
+    gives: tuple[Tensor, Tensor, Tensor]
+    """The same memory: shaped rewards, observations at the end and then of how worlds go on, and
+    where an episode is over."""
+
+    @classmethod
+    def of(cls, block: ArrayEnv) -> "_Standing":
+        """New arrays for a block."""
+        shape = block.n_worlds, len(block.learners), *block.action_shape
+        array, room = block.memory.empty(shape, block.action_space.dtype), block.room()
+        rewards, _, seen, over = room
+        gives = tensor_of(rewards[1]), tensor_of(seen), tensor_of(over)
+        return cls(block, array, tensor_of(array), room, gives)
+
+    def launch(self, actions: Tensor) -> Step:
+        """One decision of the block."""
+        self.given.copy_(actions.view_as(self.given))
+        self.block.launch(self.array, self.room)
+        rewards, seen, over = self.gives
+        rows = over[:, None].expand(rewards.shape)
+        final, observations = seen.flatten(1, 2)
+        return Step(observations, rewards.float().flatten(), final, rows.flatten())
 
 
 class TensorVecEnv:
@@ -57,10 +91,19 @@ class TensorVecEnv:
         self.observation_layout = cast(FieldLayout, first.observation_layout)
         self._n_rows = [len(each.learners) * each.n_worlds for each in self.blocks]
         self.n_rows: int = sum(self._n_rows)
-        self._room: list[Any] = [None] * len(self.blocks)
         self.stepping_s = 0.0
         self.acts = torch.ones(self.n_rows, dtype=torch.bool, device=self.device)
         """True for the rows whose next action counts: all, but under `step_on="exchange"`."""
+
+    @property
+    def is_one_launch(self) -> bool:
+        """A step is one launch of a GPU for each block: `count`, then `launch`, which a CUDA graph
+        can repeat."""
+        return all(each.is_one_launch for each in self.blocks)
+
+    @cached_property
+    def _standing(self) -> list[_Standing]:
+        return [_Standing.of(each) for each in self.blocks]
 
     @property
     def robot_steps(self) -> int:
@@ -85,33 +128,50 @@ class TensorVecEnv:
         On a GPU `check` raises it.
         """
         begin = time.perf_counter()
-        self._follow_stream()
-        steps, shares = [], torch.split(actions, self._n_rows)
-        for k, (block, share) in enumerate(zip(self.blocks, shares, strict=True)):
-            shaped = share.reshape(block.n_worlds, len(block.learners), *block.action_shape)
-            steps.append(block.step_and_reset(array_for(block, shaped), self._room[k]))
-            self._room[k] = steps[-1].room
-        self._update_acts([each.acts for each in steps])
-        ended = [
-            np.repeat(each.is_over, len(block.learners))
-            for block, each in zip(self.blocks, steps, strict=True)
-        ]
-        rows = torch.from_numpy(np.flatnonzero(np.concatenate(ended)))
-        if self.device.type == "cuda":  # without waiting for it
-            rows = rows.pin_memory().to(self.device, non_blocking=True)
-        rewards = torch.cat([tensor_of(each.rewards).float().flatten() for each in steps])
-        final, observations = ([each[k] for each in steps] for k in range(2))
+        if self.is_one_launch:
+            self.count()
+            step = self.launch(actions)
+        else:
+            step = self._step_each(actions)
         self.stepping_s += time.perf_counter() - begin
-        return Step(_rows(observations), rewards, _rows(final), rows)
+        return step
+
+    def count(self) -> None:
+        """The CPU's part of a decision that is one launch for each block."""
+        self._follow_stream()
+        for block in self.blocks:
+            block.count_step()
+
+    def launch(self, actions: Tensor) -> Step:
+        """The GPU's part of it: on tensors that stay, without a number that the CPU waits for."""
+        shares = torch.split(actions, self._n_rows)
+        steps = [each.launch(share) for each, share in zip(self._standing, shares, strict=True)]
+        columns = ([getattr(each, name.name) for each in steps] for name in fields(Step))
+        return Step(*map(torch.cat, columns))
 
     def check(self) -> None:
         """ConfigError for an action on a GPU that was refused since the last time: waits for it."""
+        self._follow_stream()
         for block in self.blocks:
             block.check()
 
     def _update_acts(self, acts: Sequence[object]) -> None:
         if acts[0] is not None:
             self.acts = torch.cat([tensor_of(each).flatten() for each in acts]) > 0.0
+
+    def _step_each(self, actions: Tensor) -> Step:
+        """One decision of every block, as its environment makes it."""
+        self._follow_stream()
+        steps, ended = [], []
+        for block, share in zip(self.blocks, torch.split(actions, self._n_rows), strict=True):
+            shaped = share.reshape(block.n_worlds, len(block.learners), *block.action_shape)
+            steps.append(block.step_and_reset(array_for(block, shaped)))
+            ended.append(np.repeat(steps[-1].is_over, len(block.learners)))
+        self._update_acts([each.acts for each in steps])
+        rows = torch.from_numpy(np.concatenate(ended)).to(self.device)
+        rewards = torch.cat([tensor_of(each.rewards).float().flatten() for each in steps])
+        final, observations = ([each[k] for each in steps] for k in range(2))
+        return Step(_rows(observations), rewards, _rows(final), rows)
 
     def _follow_stream(self) -> None:
         for block in self.blocks:

@@ -26,7 +26,6 @@ from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.drawing import COLUMNS, run_and_draw
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
 from swarm_forage_env.parameters import leaves
@@ -317,8 +316,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
         wide[tuple(map(slice, own[name].shape))] = own[name]
         own[name] = wide
     own["near"] = np.zeros((1, n, widest["near"][2]), np.int32)
-    first_robot = np.zeros(1, own["robots"].dtype)
-    _gpu_task(loop).robot.restart(first_robot)
+    first_robot, seeds, places, poses = loop.world.starts
     first_mind, first_memory = loop.controller.compiled.firsts
     kinds = own["robots"].dtype, own["minds"].dtype
     minds = np.dtype([("estimator", kinds[1])])
@@ -329,9 +327,9 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
         "first_robot": first_robot,
         "first_mind": first_mind,
         "first_memory": first_memory,
-        "seeds": np.zeros(1, np.uint64),
-        "places": np.zeros((1, n), np.uint64),
-        "poses": np.zeros((1, n, 3)),
+        "seeds": seeds,
+        "places": places,
+        "poses": poses,
         "columns": np.zeros((len(COLUMNS), n), np.float32),
         "pairs": np.zeros((every * n * n, 2), np.int32),
         "robot_words": own["robots"].view(np.float32),
@@ -352,11 +350,6 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
 def _form(loop: Loop) -> PolicyForm:
     """What somebody who drives a robot observes and gives: as a learner of the motion."""
     return PolicyForm([loop.world.scenario], EnvConfig(learn="motion"))
-
-
-def _gpu_task(loop: Loop) -> GpuTask:
-    assert loop.task.gpu is not None, "robots that forage run on a GPU"
-    return loop.task.gpu
 
 
 def _scenario(loop: Loop) -> Scenario:
@@ -424,7 +417,7 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
     """The ticks of a page as LLVM's text, with what is drawn after them."""
     usual, pilot = swarm.loop, swarm.pilot
     world, layers = usual.world, usual.controller.compiled
-    functions = {**world.functions, **layers.functions, "place_world": _gpu_task(usual).place}
+    functions = {**world.functions, **layers.functions}
     own = {
         "pilot": nothing if pilot is None else pilot.kernel,
         "run_ticks": ticks_of(usual),

@@ -142,7 +142,9 @@ class ArrayEnv:
         """The numbers of the robots that learn."""
         self._learns: Index = slice(None) if is_all else self.learner_numbers
         own = dict.fromkeys(self.policy.replaces, (slice(None), self._learns))
-        PolicyForm([parts.scenario], parts.config).hand_over(self.world.robots["action"], own)
+        copied = slice(None if device == "cpu" else 1)  # a GPU is given the first world
+        action = self.world.robots["action"][copied]
+        PolicyForm([parts.scenario], parts.config).hand_over(action, own)
         self._on: Worlds = self.loop if device == "cpu" else DeviceLoop(self.loop)
         self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
         self._prepare(parts)
@@ -233,27 +235,51 @@ class ArrayEnv:
         On a GPU both are one launch where episodes differ in their seeds alone. Then all arrays
         are parts of `out`, if it is given: the `room` of an earlier call, which is written anew.
         """
-        if self._at_once is None or not self.episodes.are_alike:
+        if not self.is_one_launch:
             final, rewards, _, _, infos = self.step(actions)
             over, seen = self.is_over, final
             if over.any():
                 seen, infos = self.reset(worlds=over)
             return Transition(final, seen, rewards, over, infos.get("acts"), out)
-        self.episodes.check_running()
-        rewards, _, seen, _ = room = out or self._at_once.room()
-        self._launch(self._placed(actions), self.max_cycles, room)
-        over = self.episodes.follow_on(self.max_cycles)
+        given, room = self._placed(actions), out or self.room()
+        over = self.count_step()
+        self.launch(given, room)
+        rewards, _, seen, _ = room
         return Transition(seen[0], seen[1], rewards[1], over, None, room)
+
+    @property
+    def is_one_launch(self) -> bool:
+        """`step_and_reset` is one launch of a GPU: `count_step`, then `launch`, all on arrays that
+        stay, so that a CUDA graph can repeat it."""
+        return self._at_once is not None and self.episodes.are_alike
+
+    def room(self) -> tuple[PlacedArray, ...]:
+        """Arrays for what a launch gives, each for its end and for how worlds go on, but the last:
+        rewards, observations without and with frames, and where an episode is over.
+        """
+        assert self._at_once is not None
+        return self._at_once.room()
+
+    def count_step(self) -> Bool[Array, " worlds"]:
+        """The CPU's part of `step_and_reset`, which counts as the GPU does; where episodes end."""
+        self.episodes.check_running()
+        self._count()
+        return self.episodes.follow_on(self.max_cycles)
+
+    def launch(self, actions: PlacedArray, room: tuple[PlacedArray, ...]) -> None:
+        """The GPU's part of `step_and_reset`, of actions that lie there."""
+        assert self._at_once is not None
+        self._at_once(actions, self.config.period, self.max_cycles, room)
 
     def check(self) -> None:
         """Raise what went wrong on a GPU since the last time, as a refused action: waits for it."""
         self._on.check()
 
-    def _launch(self, actions: PlacedArray, length: int, room: tuple[PlacedArray, ...]) -> None:
-        """A step in one launch; with a length, worlds begin anew for so many steps."""
+    def _count(self) -> None:
+        """Count a step that is one launch."""
         assert self._at_once is not None
         assert isinstance(self._stepper, Ticks)
-        self._at_once(actions, self.config.period, length, room)
+        self._at_once.catch_up()
         self._stepper.count()
 
     def _placed(self, actions: object) -> PlacedArray:
@@ -265,8 +291,9 @@ class ArrayEnv:
 
     def _decided(self, actions: PlacedArray) -> Step:
         if self._at_once is not None:
-            rewards, _, seen, over = room = self._at_once.room()
-            self._launch(actions, 0, room)
+            rewards, _, seen, over = room = self.room()
+            self._count()
+            self._at_once(actions, self.config.period, 0, room)
             never = self.memory.lend(self._never)
             return seen[0], rewards[1], never, over, self._infos(rewards[0])
         self._decisions.take(actions)
@@ -362,7 +389,8 @@ class ArrayEnv:
 
     def _made_loop(self, parts: EnvParts) -> Loop:
         config, seeds = parts.config, range(self.n_worlds)
-        return Loop(parts.scenario, parts.controller, seeds, config.physics, config.threads)
+        made_of = parts.scenario, parts.controller, seeds, config.physics, config.threads
+        return Loop(*made_of, is_blank=True)
 
     def _prepare(self, parts: EnvParts) -> None:
         """Make the spaces, and what a decision consists of."""

@@ -227,16 +227,23 @@ class WholeDecision:
         rewards = empty((2, n_worlds, self._acting[1].shape[0]), np.float64)
         return rewards, *self._observing.room(2), empty((n_worlds,), np.bool_)
 
-    def __call__(
-        self, actions: PlacedArray, n_ticks: int, length: int, out: tuple[PlacedArray, ...]
-    ) -> None:
-        """One decision; with a length other than 0, what is over begins anew for so long."""
-        worlds, episodes = self._worlds, self._episodes
+    def catch_up(self) -> None:
+        """Tell the GPU of decisions and streams that the CPU has set."""
+        episodes = self._episodes
         if episodes.is_ahead:
             clock = episodes.steps, episodes.ends, episodes.streams
             for there, here in zip(self._clock, clock, strict=True):
-                worlds.memory.write(there, here)
+                self._worlds.memory.write(there, here)
             episodes.is_ahead = False
+
+    def __call__(
+        self, actions: PlacedArray, n_ticks: int, length: int, out: tuple[PlacedArray, ...]
+    ) -> None:
+        """One decision; with a length other than 0, what is over begins anew for so long.
+
+        Nothing but a launch on arrays that stay, which a CUDA graph can repeat.
+        """
+        worlds = self._worlds
         fields, learners, *rest = self._acting
         acting = fields, learners, actions, *rest
         how = n_ticks, 2 if length else 1, length, worlds.layers.noise

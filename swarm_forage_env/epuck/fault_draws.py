@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, UInt64
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_record import (
     DEAD,
     KINDS,
@@ -65,18 +65,13 @@ def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -
 
 
 def name_faulty(scenario: EpuckScenario, out_faults: Array) -> None:
-    """Write which robots a scenario names as faulty to their records, worlds by robots."""
-    out_faults["is_named"] = 0
+    """Write which robots a scenario names as faulty to their records, worlds by robots.
+
+    All else is at its first value.
+    """
+    Fault.restart(out_faults)
     for column, (_, kind) in enumerate(scenario.faults.kinds()):
         out_faults["is_named"][:, list(kind.robots), column] = 1
-
-
-@entry_point
-def draw_faults(worlds: Array, seeds: UInt64[Array, " worlds"], out_faults: Array) -> None:
-    """Write the faults of the robots of worlds, each from the seed of its world."""
-    for w in range(out_faults.shape[0]):
-        for i in range(out_faults.shape[1]):
-            draw_fault(worlds[w].faults, seeds[w], i, out_faults.shape[1], out_faults[w, i])
 
 
 @kernel

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float64, UInt64
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_draws import draw_fault
 from swarm_forage_env.epuck.records import EpuckState
@@ -25,20 +25,6 @@ SOURCES = tuple(map(NoiseSource, range(NoiseSource.ENCODER, NoiseSource.RADIO + 
 
 PLACE = int(NoiseSource.PLACE)
 CAUSES = tuple(map(int, SOURCES))
-
-
-@kernel
-def place_swarms(
-    radius: float,
-    apart: float,
-    streams: UInt64[Array, "worlds robots"],
-    out_poses: Float64[Array, "worlds robots 3"],
-) -> int:
-    """Put the robots of every world into its circle; the fewest of a world that found a place."""
-    fewest = out_poses.shape[1]
-    for w in range(out_poses.shape[0]):
-        fewest = min(fewest, place_in_circle(radius, apart, streams[w], out_poses[w]))
-    return int(fewest)
 
 
 @kernel
@@ -132,3 +118,18 @@ def place_world(  # noqa: PLR0913 what robots start from, and where they are pla
             robot.streams[column] = first_word(seed, i, CAUSES[column])
         if world.has_faults:
             draw_fault(world.faults, seed, i, n_robots, faults[w, i])
+
+
+def place_worlds(
+    world_arrays: Arrays, starts: Arrays, trouble: Trouble, first: int, last: int
+) -> None:
+    """Put the robots of the worlds first .. last - 1 at their places, as `place_world` does.
+
+    `starts` are as in `World`. Free names: those of place_world.
+    """
+    first_robot, seeds, places, poses = starts
+    for w in range(first, last):
+        n_robots = poses.shape[1]
+        place_world(
+            world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n_robots
+        )

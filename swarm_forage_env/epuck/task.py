@@ -17,7 +17,6 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.epuck.control import steer_world
 from swarm_forage_env.epuck.drawing import scene, stage
-from swarm_forage_env.epuck.placing import place_world
 from swarm_forage_env.epuck.records import (
     Action,
     Command,
@@ -83,6 +82,9 @@ MOTION = PolicyInterface(
 FAMILY = "epuck"
 """Layers that are made for it run in every task that is made here."""
 
+ON_GPU: Mapping[str, Kernel] = {"list_neighbours": list_by_robots}
+"""What a GPU does otherwise than a CPU."""
+
 
 @kernel
 def log_messages(
@@ -129,7 +131,7 @@ class EpuckTask:
             steered_by=("robots.readings", "robots.heard"),
             policies={"motion": MOTION},
             steerings=STEERINGS,
-            gpu=gpu_task(self.world.robot_kind, logs),
+            gpu=GpuTask(functions=ON_GPU, log=logs),
             global_state=partial(SwarmState, self.infos, logs),
             episode=self.episode,
             drawing=(partial(stage, headings=self.headings), self._scene),
@@ -143,13 +145,6 @@ class EpuckTask:
     def _scene(self, world: EpuckWorld, minds: Array, which: int = 0) -> Scene:
         score, share = self.shown(world, which)
         return scene(world, which, score.astype(np.int32), float(share))
-
-
-def gpu_task(robot: type[EpuckState], logs: Mapping[bool, Kernel]) -> GpuTask:
-    """What a GPU needs of a task of e-pucks."""
-    return GpuTask(
-        functions={"list_neighbours": list_by_robots}, place=place_world, robot=robot, log=logs
-    )
 
 
 class SwarmState(GlobalState):

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64, Int32
-from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.epuck import placing
-from swarm_forage_env.epuck.fault_draws import draw_faults, name_faulty, write_fault_numbers
+from swarm_forage_env.compiler import bind, entry_point
+from swarm_forage_env.epuck.fault_draws import name_faulty, write_fault_numbers
 from swarm_forage_env.epuck.fault_record import Fault
 from swarm_forage_env.epuck.obstacles import capsules_of
-from swarm_forage_env.epuck.placing import SOURCES
+from swarm_forage_env.epuck.placing import place_world, place_worlds
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.surroundings import FIRST, list_by_cells
@@ -20,11 +19,9 @@ from swarm_forage_env.epuck.tick import tick_world
 from swarm_forage_env.equations import neighbours
 from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.equations.proximity import SENSING_RANGE
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import numbers_named
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 
@@ -36,10 +33,11 @@ TICK: Mapping[str, Kernel] = {
     "list_neighbours": list_by_cells,
     "begin_world": nothing,
     "begin_tick": nothing,
+    "place_world": place_world,
 }
-"""What `run_ticks` has free names for on a CPU; a task adds its functions."""
+"""What templates of worlds have free names for on a CPU; a task adds its functions."""
 
-place_swarms = entry_point(placing.place_swarms)
+place_all = bind(place_worlds, {})
 cells_of = entry_point(neighbours.cells_of)
 
 
@@ -66,16 +64,16 @@ class EpuckWorld(World):
     def __init__(
         self, scenarios: Sequence[EpuckScenario], seeds: Sequence[int], physics: str = "rigid"
     ) -> None:
-        """One world for each seed, its robots at their starting places: nobody has sensed yet.
+        """One world for each scenario, whose robots start from its seed: nobody has sensed yet.
 
-        The scenarios have the same number of robots; one for each world.
+        The scenarios have the same number of robots. Without seeds nobody has a place.
         """
-        super().__init__(scenarios, seeds)
+        super().__init__(scenarios)
         shape = (self.n_worlds, self.n_robots)
         n_slots = max(scenario.radio.slots for scenario in scenarios)
-        self.robots = self.robot_kind.array(shape, slots=n_slots)
+        self.robots = np.zeros(shape, self.robot_kind.dtype(slots=n_slots))
         """The truth about every robot; writing to it changes the worlds."""
-        self.faults = Fault.array(shape)
+        self.faults = np.zeros(shape, Fault.dtype())
         """What is wrong with every robot, or will be."""
         self.worlds = self.world_kind.array((self.n_worlds,))
         """Clock and numbers of every world."""
@@ -84,25 +82,26 @@ class EpuckWorld(World):
         self.obstacles: Float64[Array, "worlds obstacles 5"] = np.zeros((self.n_worlds, 0, 5))
         """Capsules of every world, as many as `n_obstacles` of it says; zeros after them."""
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
+        places = np.zeros(shape, np.uint64), np.zeros((*shape, 3))
+        first_robot = self.robot_kind.array((1,), slots=n_slots)
+        self.starts = first_robot, np.zeros(self.n_worlds, np.uint64), *places
         self.replace_scenarios(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
         self.is_compiled = not hasattr(self._physics, "move")
-        self.reset(seeds)
+        if len(seeds) > 0:
+            self.reset(seeds)
 
     @staticmethod
     def write_task(scenario: Any, out_worlds: Array) -> None:  # noqa: ANN401 of its task
         """Write the numbers that the task adds to the records of worlds of a scenario."""
 
-    def check_start(self, scenario: EpuckScenario, seeds: Sequence[int]) -> None:
-        """ConfigError if the robots find no room in the start circle."""
-        _first_poses(scenario, seeds)
-
     def write_parameters(self, first: int, last: int) -> None:
         """Write the numbers of these worlds' scenario, and make room for neighbours and cells."""
-        scenario = self.scenarios[first]
-        write_numbers(scenario, self.worlds[first:last])
-        self.write_task(scenario, self.worlds[first:last])
-        name_faulty(scenario, self.faults[first:last])
+        scenario, worlds = self.scenarios[first], self.worlds[first:last]
+        if scenario.faults.is_any or worlds["has_faults"].any():
+            name_faulty(scenario, self.faults[first:last])
+        write_numbers(scenario, worlds)
+        self.write_task(scenario, worlds)
         self.near = _widened(self.near, FIRST + max_neighbours(scenario), 0)
         reach, arena = reach_of(scenario), scenario.arena
         n_cells = cells_of(arena.length, reach) * cells_of(arena.width, reach)
@@ -113,17 +112,10 @@ class EpuckWorld(World):
 
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Put the robots at their starting places and their streams at the seeds of the worlds."""
-        scenario = self.scenarios[first]
-        worlds, faults = self.worlds[first:last], self.faults[first:last]
-        self.restart_robots(self.robot_kind, SOURCES, first, seeds)
-        self.robots["pose"][first:last] = _first_poses(scenario, seeds)
-        if scenario.faults.is_any:
-            draw_faults(worlds, np.asarray(seeds, np.uint64), faults)
-        else:
-            Fault.restart(faults)
-        worlds["ticks"], worlds["has_moved"] = 0, False
+        self.starts[1][first:last] = seeds
+        place_all(self.arrays[:7], self.starts, self.trouble, first, last)
         for w in range(first, last):
-            self._physics.reset(w, scenario)
+            self._physics.reset(w, self.scenarios[w])
 
     @property
     def arrays(self) -> tuple[Array, ...]:
@@ -197,18 +189,3 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
     for name, value in numbers.items():
         out_worlds[name] = value
     write_fault_numbers(scenario, out_worlds["faults"])
-
-
-def _first_poses(
-    scenario: EpuckScenario, seeds: Sequence[int]
-) -> Float64[Array, "worlds robots 3"]:
-    """Where the robots of a world of each seed start; ConfigError if they find no room."""
-    task, poses = scenario.task, np.zeros((len(seeds), scenario.task.n_robots, 3))
-    places = streams(seeds, task.n_robots, NoiseSource.PLACE).reshape(poses.shape[:2])
-    placed = place_swarms(task.start_radius, 2.0 * scenario.robot.radius, places, poses)
-    if placed < task.n_robots:
-        raise ConfigError(
-            f"task.n_robots={task.n_robots}: only {placed} found a place in the start circle of"
-            f" radius {task.start_radius} m; enlarge task.start_radius"
-        )
-    return poses

@@ -1,14 +1,15 @@
 """The task of foraging, as the rest of the code knows it."""
 
-from swarm_forage_env.epuck.task import gpu_task, slots
+from swarm_forage_env.epuck.task import ON_GPU, slots
 from swarm_forage_env.foraging import global_state, policies
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
-from swarm_forage_env.foraging.records import RobotState, Said
+from swarm_forage_env.foraging.records import Said
 from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.raw_control import RawControl
 from swarm_forage_env.task import TASKS, Task
 
@@ -23,7 +24,7 @@ FORAGING = Task(
     steered_by=("robots.readings", "robots.heard"),
     policies=policies.LEARNABLE,
     steerings=policies.FORAGING_STEERINGS,
-    gpu=gpu_task(RobotState, global_state.FORAGING_LOGS),
+    gpu=GpuTask(functions=ON_GPU, log=global_state.FORAGING_LOGS),
     raw_control=RawControl(Said, policies.apply_action, policies.hear_words, slots),
     potential=FORAGING_POTENTIAL,
     global_state=global_state.ForagingState,

@@ -33,16 +33,16 @@ class WaypointsWorld(World):
     def __init__(
         self, scenarios: Sequence[WaypointsScenario], seeds: Sequence[int], physics: str = PHYSICS
     ) -> None:
-        """One world for each seed, reset and ready: the robots have sensed and seen each other.
+        """One world for each scenario, whose robots start from its seed: nobody has sensed yet.
 
-        The scenarios have the same number of robots; one for each world.
+        The scenarios have the same number of robots. Without seeds nobody has a place.
         """
         if physics != PHYSICS:
             raise ConfigError(
                 f"physics='{physics}': {scenarios[0].name} has no contacts; only '{PHYSICS}'"
                 " drives it"
             )
-        super().__init__(scenarios, seeds)
+        super().__init__(scenarios)
         shape = (self.n_worlds, self.n_robots)
         self.robots = RobotState.array(shape)
         """The truth about every robot; writing to it changes the worlds."""
@@ -51,7 +51,8 @@ class WaypointsWorld(World):
         self.worlds = WorldState.array((self.n_worlds,))
         """Clock and numbers of every world."""
         self.replace_scenarios(range(self.n_worlds), scenarios)
-        self.reset(seeds)
+        if len(seeds) > 0:
+            self.reset(seeds)
 
     @property
     def arrays(self) -> tuple[Array, ...]:

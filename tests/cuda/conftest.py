@@ -1,7 +1,6 @@
 """Tests of the kernels of a GPU: what they need, and the compositions that they are tested with."""
 
 import importlib.util
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -56,27 +55,6 @@ def ptx(monkeypatch):
         return text
 
     return compiled
-
-
-def widened(loop, n_worlds):
-    """What a GPU asks of a loop of so many worlds, made from a loop of one; to be reset first.
-
-    A million worlds that a CPU makes take gigabytes of its memory.
-    """
-
-    def wide(records):
-        return np.repeat(np.ascontiguousarray(records), n_worlds, axis=0)
-
-    layers, world = loop.controller.compiled, loop.world
-    layers = replace(layers, arrays=tuple(map(wide, layers.arrays)))
-    arrays = tuple(map(wide, world.arrays))
-    many = SimpleNamespace(
-        arrays=arrays, robots=arrays[0], functions=world.functions, modes=wide(world.modes),
-        trouble=np.zeros(n_worlds + 1, np.int64), n_worlds=n_worlds,
-        scenarios=world.scenarios * n_worlds,
-    )  # fmt: skip
-    controller = SimpleNamespace(compiled=layers, check_on_gpu=lambda: None)
-    return SimpleNamespace(task=loop.task, physics=loop.physics, world=many, controller=controller)
 
 
 def contiguous(records):

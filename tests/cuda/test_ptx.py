@@ -53,7 +53,7 @@ def kernels_of(controller):
     places = np.zeros((n_worlds, n_robots), np.uint64), np.zeros((n_worlds, n_robots, 3))
     starts = world.robots[0], *layers.firsts, np.zeros(n_worlds, np.uint64), *places
     modes, trouble = world.modes, world.trouble
-    begin = bind_grid(begin_worlds, {**functions, "place_world": task.place})
+    begin = bind_grid(begin_worlds, functions)
     return {
         "run": (bind_grid(run_ticks, functions), (*arrays, modes, trouble, 0, n_worlds, 10)),
         "begin": (begin, (*arrays, starts, 64, modes, trouble)),
@@ -147,7 +147,7 @@ def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
     words, places = np.zeros((2, 4), "u8"), (np.zeros((2, 10), "u8"), np.zeros((2, 10, 3)))
     starts = it.robots[0], *layers.firsts, words[:, 0].copy(), *places
     functions = {
-        **world.functions, **layers.functions, **task.functions, "place_world": task.place,
+        **world.functions, **layers.functions, **task.functions,
         "write_raw": kernels.raw_of_numbers, "command": drive_to_wheels,
         "check_actions": kernels.check_numbers, "potential": potential,
         "add_features": kernels.add_nothing,

@@ -189,6 +189,27 @@ print(int(acts), steps)
 ADDED = ["time_left", "robot_id", "one_hot", "previous_action"]
 
 
+BLANK = (
+    START
+    + """
+scenario, controller = find_scenario("es1", {"task.n_robots": "3"}), CONTROLLERS["ssgikf"]
+many = DeviceLoop(Loop(scenario, controller, range(7), "kinematic", is_blank=True))
+assert not many.download().world.robots["pose"].any()
+many.reset(range(4, 11))
+alone = Loop(scenario, controller, [10], "kinematic")
+for _ in range(5):
+    many.step()
+    alone.step()
+many.check()
+there = many.download()
+check_same_bits(there.world.robots[-1], alone.world.robots[0])
+check_same_bits(there.controller.minds[-1], alone.controller.minds[0])
+poses = there.world.robots["pose"]
+print(len(np.unique(poses[:, 0], axis=0)), poses.shape, there.world.robots["wheels"].any())
+"""
+)
+
+
 BENCH = """
 import baselines.controllers
 from baselines.evaluation.bench import gpu
@@ -199,7 +220,7 @@ gpu.TICKS = 1
 scenario = find_scenario("es1", {"task.n_robots": "2"})
 found = gpu.measure_case(Case("es1 x 1", scenario, 1, warm_up=5), 1, quick=True)
 assert found["gpu"] > 0.0 and found["cpu"] > 0.0 and found["environment"] > 0.0
-assert found["first_step_s"] > 0.0
+assert found["first_step_s"] > 0.0 and found["made_s"] > 0.0
 print(found["shares"], found["bandwidth"], found["share_of_card"], found["joules_per_million"])
 print(found["bytes_per_robot_step"])
 """
@@ -259,6 +280,10 @@ def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
 )
 def test_worlds_that_have_exchanged_stand_still_until_all_others_have(reach, told):
     assert run(EXCHANGES, reach).strip() == told
+
+
+def test_worlds_that_no_cpu_has_made_are_those_of_their_seeds():
+    assert run(BLANK) == "7 (7, 3, 3) True\n"
 
 
 def test_worlds_with_obstacles_and_faults_are_those_of_a_cpu():

@@ -2,20 +2,23 @@
 
 import ctypes
 import json
+import re
 from dataclasses import replace
+from importlib.util import find_spec
 from types import SimpleNamespace
 
 import numpy as np
 import pymunk
 import pytest
 
-from baselines.evaluation.bench import measures, speed
+from baselines.evaluation.bench import gpu, measures, speed
 from baselines.evaluation.bench.cases import (
     all_cases,
     enlarged,
     uniform_poses,
 )
-from baselines.evaluation.bench.gpu import card_bandwidth, energy_meter, gpu_table
+from baselines.evaluation.bench.gpu import card_bandwidth, energy_meter, vmas_seconds
+from baselines.evaluation.bench.gpu_tables import goals_of, gpu_table
 from baselines.evaluation.bench.measures import memory_growth, seconds
 from baselines.evaluation.bench.speed import (
     SHARES,
@@ -198,6 +201,7 @@ FOUND = {
     "case": "es1 x 10", "rows": 100, "gpu": 1.2e9, "environment": 1.25e8, "cpu": 3e6, "threads": 16,
     "shares": {"decide": 0.25, "tick": 0.5, "observe": 0.25}, "bytes_per_robot_step": 5120.0,
     "bandwidth": 2.4e12, "share_of_card": 0.5, "joules_per_million": 2.0, "first_step_s": 30.0,
+    "made_s": 1.5, "vmas": 2.35e6,
 }  # fmt: skip
 
 
@@ -221,15 +225,55 @@ class Nvml:
 
 
 def test_the_table_tells_what_was_measured_and_a_dash_for_what_the_driver_does_not_tell():
-    unknown = {"shares": {}, "bandwidth": None, "share_of_card": None, "joules_per_million": None}
+    names = "bandwidth", "share_of_card", "joules_per_million", "vmas"
+    unknown = {"shares": {}, **dict.fromkeys(names)}
     table = gpu_table([FOUND, FOUND | unknown])
     assert "…" not in printed(table, 80)
     rows = [line.partition("es1 x 10")[2].split() for line in printed(table, 140).splitlines()]
     known, open_ = filter(None, rows)
     assert known == [
-        "1,200", "125", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
+        "1,200", "125", "2.35", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
     ]  # fmt: skip
-    assert open_.count("-") == 6
+    assert open_.count("-") == 7
+
+
+def test_a_row_stands_beside_its_goal():
+    fast, large = FOUND | {"case": "es1 x 1000"}, FOUND | {"case": "es1 x 100000"}
+    assert not goals_of([FOUND])
+    goals = {each["what"]: each for each in goals_of([fast, large])}
+    assert {what: (each["budget"], each["is_met"]) for what, each in goals.items()} == {
+        "es1 x 1000: GPU": (250.0, True),
+        "es1 x 1000: learning": (150.0, False),
+        "es1 x 100000: made and reset": (2.0, True),
+    }
+    shown = printed(gpu_table([fast, large]))
+    assert re.search(r"es1 x 1000: learning +125 M/s +150 M/s +missed by 17%", shown)
+
+
+def test_vmas_is_timed_where_it_is_installed(monkeypatch):
+    assert find_spec("vmas") or vmas_seconds(2, quick=True) is None
+    asked = []
+
+    class Navigation:
+        agents = "ab"
+
+        def reset(self):
+            asked.append("reset")
+
+        def get_random_action(self, agent):
+            return agent
+
+        def step(self, actions):
+            asked.append(actions)
+            return None, [np.zeros(2)] * 2, None, None
+
+    made = SimpleNamespace(make_env=lambda **terms: asked.append(terms) or Navigation())
+    monkeypatch.setattr(gpu, "find_spec", lambda name: name)
+    monkeypatch.setattr(gpu, "import_module", lambda name: made)
+    monkeypatch.setattr(gpu, "seconds_per_tick", lambda step, quick: step() or 0.5)
+    assert vmas_seconds(3, quick=True, device="cpu") == 0.5
+    assert (asked[0]["num_envs"], asked[0]["device"]) == (3, "cpu")
+    assert asked[1:] == ["reset", ["a", "b"]]
 
 
 def test_energy_is_told_in_joules_of_the_gpu_that_was_asked_for():

@@ -2,7 +2,6 @@
 
 import pytest
 
-from swarm_forage_env.epuck import world
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
@@ -94,13 +93,21 @@ def test_what_does_not_fit_is_refused_before_anything_changes(how, why):
     assert block.world.scenarios == twin.world.scenarios
 
 
-def test_a_world_without_room_to_start_is_refused_before_anything_changes(monkeypatch):
+def test_a_world_without_room_to_start_is_refused():
     block = Loop(busy(), CONTROLLER, SEEDS)
-    before = block.world.robots.tobytes()
-    monkeypatch.setattr(world, "place_swarms", lambda *where: 9)
-    with pytest.raises(ConfigError, match="only 9 found a place"):
+    block.world.worlds["start_radius"][1] = 0.05
+    with pytest.raises(ConfigError, match="world 1: the robots found no place in the start"):
         block.reset([1, 2, 3])
-    assert block.world.robots.tobytes() == before
+
+
+def test_a_blank_block_is_that_of_the_seeds_of_its_first_reset():
+    block = Loop(busy(), CONTROLLER, SEEDS, is_blank=True)
+    assert not block.world.robots["pose"].any()
+    block.reset([7, 2**64 - 1, 9])
+    whole = Loop(busy(), CONTROLLER, [7, 2**64 - 1, 9])
+    run(20, block, whole)
+    assert block.world.robots.tobytes() == whole.world.robots.tobytes()
+    assert block.controller.minds.tobytes() == whole.controller.minds.tobytes()
 
 
 def test_scenarios_of_different_tasks_are_refused():

@@ -8,7 +8,7 @@ from scipy import stats
 from scipy.spatial.distance import pdist
 
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.epuck.world import place_swarms
+from swarm_forage_env.epuck.placing import place_in_circle
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.foraging.scoring import TO_FIRST_NEST, next_leg
 from swarm_forage_env.random_streams import NoiseSource, streams
@@ -20,8 +20,7 @@ LETTER = {NEST: "N", PREY: "P", FLOOR: "-"}
 def placed(n_robots, seed, radius=RADIUS):
     pose = np.full((n_robots, 3), np.nan)
     own = streams([seed], n_robots, NoiseSource.PLACE)
-    n = place_swarms(radius, APART, own[None], pose[None])
-    return n, pose
+    return place_in_circle(radius, APART, own, pose), pose
 
 
 def test_robots_start_inside_the_circle_and_apart():

@@ -170,7 +170,7 @@ def remembering(terms=TERMS, **changes):
 def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began():
     learner = remembering(learn="everything")
     learner.env.seed(0)
-    first, observations = learner._roll_out(learner.env.reset())
+    first, observations = deepcopy(learner._roll_out(learner.env.reset()))
     second, _ = learner._roll_out(observations)
     assert not first.states.any()
     assert 0 < second.states.any(1).sum() < 8  # an episode ends as the rollout does

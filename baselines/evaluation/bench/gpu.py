@@ -4,16 +4,15 @@ import ctypes
 import os
 import time
 from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
 from itertools import count
 
 import numpy as np
-from rich.console import Group
-from rich.text import Text
 
 from baselines.evaluation.bench.cases import CONTROLLER, Case, Measured, Tell, Tick
 from baselines.evaluation.bench.speed import seconds_per_tick
 from baselines.evaluation.experiment_config import find_layered_controller
-from baselines.evaluation.tables import FittingTable
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.envs.array_env import array_env
@@ -24,35 +23,35 @@ N_WORLDS = {"es1": (1, 10, 100, 1_000, 10_000, 100_000), "es3": (1, 10, 100, 1_0
 """Numbers of worlds of each scenario that are timed."""
 
 QUICK_WORLDS = 1_000  # the most worlds of a quick run
-MAKING = 3e-4  # time in which a CPU makes a world [s]: 0.28 ms beside an H200, 23 November 2026
 TICKS = 10  # ticks of the GPU between two that the CPU waits for
 
 
 def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
     """Robot-steps per second of `ssgikf` on a GPU and on all threads of the CPU, `kinematic`.
 
-    The time of the first step includes the upload and the compilation. ConfigError without a GPU.
+    The time of the first step includes making the worlds and the compilation. ConfigError without
+    a GPU.
     """
     usable_gpu()
     threads = os.cpu_count() or 1
     measured = []
     for name, n_worlds in ((name, n) for name, numbers in N_WORLDS.items() for n in numbers):
-        is_large = n_worlds > QUICK_WORLDS
-        if quick and is_large:
+        if quick and n_worlds > QUICK_WORLDS:
             continue
-        wait = f", made in about {MAKING * n_worlds:.0f} s" if is_large else ""
-        tell(f"{n_worlds} worlds of {name}{wait}")
+        tell(f"{n_worlds} worlds of {name}")
         case = Case(f"{name} x {n_worlds}", find_scenario(name), n_worlds)
-        measured.append(measure_case(case, threads, quick))
+        vmas = vmas_seconds(n_worlds, quick) if name == "es1" else None
+        measured.append(measure_case(case, threads, quick) | {"vmas": vmas and case.rows / vmas})
     return measured
 
 
 def measure_case(case: Case, threads: int, quick: bool) -> Measured:
     """One number of worlds, which run for a while on the GPU before both are timed."""
     controller = find_layered_controller(CONTROLLER)
-    loop = Loop(case.scenario, controller, range(case.n_worlds), "kinematic", threads)
-    start = time.perf_counter()
+    start, seeds = time.perf_counter(), range(case.n_worlds)
+    loop = Loop(case.scenario, controller, seeds, "kinematic", threads, is_blank=True)
     there = DeviceLoop(loop)
+    there.reset(seeds)
     there.step()
     there.check()
     first = time.perf_counter() - start
@@ -67,12 +66,14 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
     there.download()
     gpu, joules = _timed_with_energy(tick, quick)
     cpu = seconds_per_tick(loop.step, quick)
+    made, learning = seconds_in_environment(case, quick)
     return {
         "case": case.name,
         "rows": case.rows,
         "gpu": case.rows / gpu,
         "cpu": case.rows / cpu,
-        "environment": case.rows / seconds_in_environment(case, quick),
+        "environment": case.rows / learning,
+        "made_s": made,
         "threads": threads,
         "joules_per_million": None if joules is None else joules / case.rows * 1e6,
         "first_step_s": first,
@@ -80,13 +81,20 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
     }
 
 
-def seconds_in_environment(case: Case, quick: bool) -> float:
-    """Mean time of a tick [s] as a learner of the motion has it, on the arrays of a GPU."""
+def seconds_in_environment(case: Case, quick: bool) -> tuple[float, float]:
+    """Time to make and reset an environment, and mean time of a tick through its arrays [s].
+
+    The tick is that of a learner of the motion, with checks of actions, observations, rewards and
+    the reset of worlds that end, one after the other, and without a network.
+    """
+    start = time.perf_counter()
     env = array_env(
         case.scenario, device="cuda", n_worlds=case.n_worlds, learn="motion",
         physics="kinematic", controller=CONTROLLER, stagger=True,
     )  # fmt: skip
     env.reset(seed=0)
+    env.check()  # waits for the GPU
+    made = time.perf_counter() - start
     shape = case.n_worlds, len(env.learners), len(env.action_layout)
     actions = env.memory.to_device(np.zeros(shape, np.float32))
     room = env.step_and_reset(actions).room
@@ -96,7 +104,25 @@ def seconds_in_environment(case: Case, quick: bool) -> float:
             env.step_and_reset(actions, room)
         env.check()  # waits for the GPU
 
-    return seconds_per_tick(steps, quick) / (TICKS * int(env.config.period))
+    return made, seconds_per_tick(steps, quick) / (TICKS * int(env.config.period))
+
+
+def vmas_seconds(n_worlds: int, quick: bool, device: str = "cuda") -> float | None:
+    """Mean time of a step of VMAS's navigation, 10 agents with 8 rays [s]; None without VMAS."""
+    if find_spec("vmas") is None:
+        return None
+    env = import_module("vmas").make_env(
+        scenario="navigation", num_envs=n_worlds, device=device, continuous_actions=True,
+        n_agents=10, n_lidar_rays=8,
+    )  # fmt: skip
+    env.reset()
+    actions = [env.get_random_action(agent) for agent in env.agents]
+
+    def step() -> None:
+        _, rewards, *_ = env.step(actions)
+        rewards[0].sum().item()  # waits for the GPU
+
+    return seconds_per_tick(step, quick)
 
 
 def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
@@ -177,46 +203,3 @@ def energy_meter(uuid: str, library: ctypes.CDLL | None = None) -> Callable[[], 
         return used.value / 1e3
 
     return joules
-
-
-def gpu_table(measured: list[Measured]) -> Group:
-    """Table with a row for each number of worlds; a dash for what the driver does not report."""
-    rows = [_cells(each) for each in measured]
-    columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
-    return Group(
-        Text("Worlds on a GPU: kinematic, ssgikf; millions of robot-steps a second", style="bold"),
-        FittingTable("worlds", [each["case"] for each in measured], columns),
-        Text(
-            "Bytes are those of the records that the kernels are handed, each read or written"
-            " once. Energy is in joules per million robot-steps. Learning: by the arrays of an"
-            " environment whose motion is learned, without a network.",
-            style="dim",
-        ),
-    )
-
-
-def _cells(each: Measured) -> dict[str, str]:
-    return {
-        "GPU": _millions(each["gpu"]),
-        "learning": _millions(each["environment"]),
-        "CPU": _millions(each["cpu"]),
-        "threads": str(each["threads"]),
-        **{
-            stage: _or_dash(each["shares"].get(stage), ".0%")
-            for stage in ("decide", "tick", "observe")
-        },
-        "bytes": f"{each['bytes_per_robot_step']:.0f}",
-        "GB/s": _or_dash(each["bandwidth"], ".0f", 1e-9),
-        "of card": _or_dash(each["share_of_card"], ".0%"),
-        "J": _or_dash(each["joules_per_million"], ".3g"),
-        "first [s]": f"{each['first_step_s']:.1f}",
-    }
-
-
-def _millions(speed: float) -> str:
-    millions = speed / 1e6
-    return f"{millions:,.0f}" if millions >= 100.0 else f"{millions:.3g}"
-
-
-def _or_dash(number: float | None, form: str, scale: float = 1.0) -> str:
-    return "-" if number is None else format(number * scale, form)

@@ -22,7 +22,7 @@ def report(measured: Measured) -> Group:
         Text("\nShare of a tick [%]", style="bold"),
         _stages(measured),
         Text("\nBudgets", style="bold"),
-        _budgets(measured),
+        budgets_table(measured["budgets"]),
         Text(f"Peak memory of this process {measured['peak_memory_mb']:.0f} MB; {machine}.", "dim"),
     )  # fmt: skip
 
@@ -43,9 +43,10 @@ def _stages(measured: Measured) -> Table:
     return table
 
 
-def _budgets(measured: Measured) -> Table:
+def budgets_table(rows: list[Measured]) -> Table:
+    """Table with a row for each budget, as `check` tells it."""
     table = _table("", "measured", "budget", "")
-    for row in measured["budgets"]:
+    for row in rows:
         missed = abs(row["measured"] / row["budget"] - 1.0)
         verdict = Text("met", "green") if row["is_met"] else Text(f"missed by {missed:.0%}", "red")
         unit = f" {row['unit']}" if row["unit"] else ""
@@ -107,7 +108,16 @@ def check(measured: Measured) -> list[Measured]:
             most.append((words, seconds, budget, "s"))
     memory = measured["memory"]
     most.append((f"memory growth, {memory['ticks']:,} ticks", memory["growth_mb"], GROWTH, "MB"))
-    verdicts = [(*each, each[1] >= each[2]) for each in least]
-    verdicts += [(*each, each[1] <= each[2]) for each in most]
+    return verdicts(least, most)
+
+
+Budget = tuple[str, float, float, str]
+"""What, how much was measured, the budget, and the unit."""
+
+
+def verdicts(least: list[Budget], most: list[Budget]) -> list[Measured]:
+    """Budgets that are the least and the most that may be, with whether each is met."""
+    both = [(*each, each[1] >= each[2]) for each in least]
+    both += [(*each, each[1] <= each[2]) for each in most]
     names = "what", "measured", "budget", "unit", "is_met"
-    return [dict(zip(names, each, strict=True)) for each in verdicts]
+    return [dict(zip(names, each, strict=True)) for each in both]

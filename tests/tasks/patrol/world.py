@@ -121,11 +121,12 @@ class PatrolWorld(World):
     """A block of worlds, each from its own seed."""
 
     def __init__(self, scenarios, seeds, physics):
-        super().__init__(scenarios, seeds)
+        super().__init__(scenarios)
         self.robots = RobotState.array((self.n_worlds, self.n_robots))
         self.worlds = WorldState.array((self.n_worlds,))
         self.replace_scenarios(range(self.n_worlds), scenarios)
-        self.reset(seeds)
+        if len(seeds) > 0:
+            self.reset(seeds)
 
     @property
     def arrays(self):
