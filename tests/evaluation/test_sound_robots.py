@@ -67,7 +67,7 @@ def test_a_dataset_of_before_is_read_and_one_that_lacks_more_is_not(tmp_path):
     (group,) = read_groups([str(tmp_path)])
     assert group.episodes[0].round_trips_sound is None
     pq.write_table(before.drop_columns(["messages"]), file)
-    with pytest.raises(ConfigError, match=r"lacks .*messages"):
+    with pytest.raises(ConfigError, match="another version"):
         read_groups([str(tmp_path)])
 
 
