@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
+from baselines.controller import LayeredController
 from baselines.evaluation.console import of_option, say
 from baselines.evaluation.dataset import folder_name, open_dataset
 from baselines.evaluation.experiment_config import (
@@ -59,8 +60,7 @@ class EvaluateOptions:
         physics = self.physics or task_of(scenario).physics
         check_physics(physics)
         configurations = [
-            ExperimentConfig(each, scenario, find_layered_controller(each), physics)
-            for each in self.controllers
+            ExperimentConfig(each, scenario, self.find(each), physics) for each in self.controllers
         ]
         _check_different(configurations)
         for controller in (each.controller for each in configurations):
@@ -68,6 +68,10 @@ class EvaluateOptions:
             if assumed := controller.assumed(scenario):
                 say(assumed)
         return configurations
+
+    def find(self, name: str) -> LayeredController:
+        """The controller of a name."""
+        return find_layered_controller(name)
 
     def seeds(self) -> range:
         """The seeds of the episodes."""
