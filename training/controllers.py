@@ -56,7 +56,7 @@ ABOUT = {
     "learned-weighting": "a network weighs what is heard, over dsgiff-frequent",
     "learned-motion": "a linear policy corrects the motion, over ssgiff",
     "learned-both": "a learned weighting and motion, over dsgiff-penalised",
-    "learned-robust": "learned-both with a motion that was trained in twelve worlds",
+    "learned-robust": "learned-both with a motion that was trained in many worlds",
     "learned-sceptical": "a network weighs by who told what and how it turned out",
 }
 """Each controller in words."""

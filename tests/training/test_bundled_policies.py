@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from baselines.evaluation.episode import run_episodes
+from baselines.papers import transfer
 from baselines.papers.robustness import sound_trips
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
@@ -54,6 +55,23 @@ def test_both_together_make_more_trips_than_either_alone(name, changes, worlds):
         for who in ("learned-both", "learned-weighting", "learned-motion")
     )
     assert both > max(weighting, motion)
+
+
+@pytest.mark.parametrize(
+    ("axis", "name"),
+    [("distance of the areas [m]", "0.6"), ("obstacles", "walls"), ("obstacles", "gates")],
+)
+def test_the_robust_motion_makes_more_trips_where_another_learned_one_makes_fewer(axis, name):
+    found = (transfer.experiment(who, transfer.AXES[axis][name]).configuration("kinematic")
+             for who in ("learned-robust", "ssgikf"))  # fmt: skip
+    robust, base = (
+        sum(
+            each.round_trips
+            for each in run_episodes(own.scenario, own.controller, TEST_SEEDS[:10], own.physics)
+        )
+        for own in found
+    )
+    assert robust > base
 
 
 @pytest.mark.parametrize("conspire", ["no", "place"])
