@@ -19,7 +19,7 @@ from benchmarl.experiment import Callback, Experiment, ExperimentConfig
 from tensordict import TensorDictBase
 from torch import Tensor
 from torchrl.data import Composite
-from torchrl.envs import EnvBase, RewardSum
+from torchrl.envs import EnvBase, RewardScaling, RewardSum, Transform
 from torchrl.record import CSVLogger
 
 import baselines.controllers  # noqa: F401 runs the layers that are not learned
@@ -41,13 +41,16 @@ MAX_FRAMES = 2000
 class SwarmForageClass(TaskClass):  # type: ignore[misc]
     """Tells BenchMARL how to make a task, and what it can do.
 
-    `config` holds keywords of `parallel_env`, without the card of a rung (`training.ladder`).
-    `discrete` counts only for algorithms of discrete actions, which have the default choices
-    without it.
+    `config` holds keywords of `parallel_env`, without the card of a rung (`training.ladder`), and
+    `reward_scale`, a factor of the rewards of training: values of 0.01, as those of round trips,
+    drown in the noise of a value network's updates. `discrete` counts only for algorithms of
+    discrete actions, which have the default choices without it.
     """
 
     def __init__(self, name: str, config: dict[str, Any]) -> None:
-        super().__init__(name, {key: value for key, value in config.items() if key != "card"})
+        own = {key: value for key, value in config.items() if key != "card"}
+        self._reward_scale = float(own.pop("reward_scale", 1.0))
+        super().__init__(name, own)
 
     def get_env_fun(
         self, num_envs: int, continuous_actions: bool, seed: int | None, device: torch.device | str
@@ -106,6 +109,11 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
         """The means of the logged numbers of the episodes that ended in a batch."""
         episodes = self._one_world.episodes(batch)
         return {f"collection/{name}": float(v.mean()) for name, v in episodes.items() if len(v)}
+
+    def get_env_transforms(self, env: EnvBase) -> list[Transform]:
+        """The scale of the rewards."""
+        keys = [(group, "reward") for group in self.group_map(env)]
+        return [RewardScaling(0.0, self._reward_scale, in_keys=keys)]
 
     def get_reward_sum_transform(self, env: EnvBase) -> RewardSum:
         """Of the worlds of training only: sums of rewards, and episodes of all phases at once."""
