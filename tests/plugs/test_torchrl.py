@@ -107,6 +107,19 @@ def test_every_file_is_a_task_whose_worlds_are_as_their_specs_say(is_continuous)
         assert bool(env.array_env.config.discrete) != is_continuous
 
 
+def test_the_rewards_of_a_task_are_scaled():
+    from training.benchmarl_tasks import SwarmForageClass
+
+    keywords = {"scenario": "near", "physics": "kinematic", "shaping": 1.0, "max_cycles": 8}
+    task = SwarmForageClass("near", {**keywords, "reward_scale": 100})
+    env = task.get_env_fun(2, True, seed=0, device="cpu")()
+    (scale,) = task.get_env_transforms(env)
+    plain = env.rollout(8)["next"]
+    scaled = scale(plain.clone())[env.group, "reward"]
+    assert plain[env.group, "reward"].any()
+    np.testing.assert_allclose(scaled, 100.0 * plain[env.group, "reward"], rtol=1e-6)
+
+
 @pytest.mark.parametrize("algorithm", ["mappo", "masac", "qmix"])
 def test_benchmarl_trains_and_evaluates_a_task(run, tmp_path, algorithm):
     from training.benchmarl_tasks import EpisodeMetrics

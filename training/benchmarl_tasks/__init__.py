@@ -42,9 +42,9 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
     """Tells BenchMARL how to make a task, and what it can do.
 
     `config` holds keywords of `parallel_env`, without the card of a rung (`training.ladder`), and
-    `reward_scale`, a factor of the rewards of training: values of 0.01, as those of round trips,
-    drown in the noise of a value network's updates. `discrete` counts only for algorithms of
-    discrete actions, which have the default choices without it.
+    `reward_scale`, a factor of the rewards: values of 0.01, as those of round trips, drown in the
+    noise of a value network's updates. `discrete` counts only for algorithms of discrete actions,
+    which have the default choices without it.
     """
 
     def __init__(self, name: str, config: dict[str, Any]) -> None:
