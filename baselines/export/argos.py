@@ -45,16 +45,25 @@ def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
             f" {MOST_ROBOTS}; take fewer: --set task.n_robots=50"
         )
     imsave(folder / "floor.png", floor(scenario), cmap="grey", vmin=0, vmax=255)
+    write_atomically(folder / "experiment.argos", experiment(exported, seed).encode())
     words = {
         "name": exported.name,
         "version": version("swarm-forage"),
         "axle": f"{scenario.robot.axle:g}",
-        **_words(scenario, seed),
-        "bodies": "".join(_bodies(exported, seed)),
     }
-    for name in ("experiment.argos", "argos_controller.cpp"):
-        text = (files("baselines.export") / "templates" / name).read_text("utf-8")
-        write_atomically(folder / name, Template(text).substitute(words).encode())
+    text = _template("argos_controller.cpp").substitute(words)
+    write_atomically(folder / "argos_controller.cpp", text.encode())
+
+
+def experiment(exported: ExportedRobot, seed: int) -> str:
+    """The experiment as XML: time, controller, sensors with their noise, arena, robots, radio."""
+    words = _words(exported.scenario, seed)
+    bodies = "".join(_bodies(exported, seed))
+    return _template("experiment.argos").substitute(words, bodies=bodies)
+
+
+def _template(name: str) -> Template:
+    return Template((files("baselines.export") / "templates" / name).read_text("utf-8"))
 
 
 def _words(scenario: Scenario, seed: int) -> dict[str, str]:

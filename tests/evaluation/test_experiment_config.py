@@ -101,7 +101,7 @@ WORLD = Path(swarm_forage_env.__file__).parent
         ("device_loop.py", "ssgikf", True),
         ("envs/observations.py", "ssgikf", True),
         ("envs/observations.py", "callable:numpy:zeros_like", False),
-        ("equations/odometry.py", "ssgikf", False),
+        ("equations/differential_drive.py", "ssgikf", False),
         ("loop.py", "ssgikf", False),
     ],
 )

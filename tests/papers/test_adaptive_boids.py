@@ -172,8 +172,8 @@ def test_who_is_off_by_the_side_of_the_world_has_diverged(numbers, n_lost):
 @pytest.mark.parametrize(("setting", "number"), [("authors", 4), ("corrected", 7)])
 def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, number, setting):
     monkeypatch.setattr(adaptive_boids, "mean_panels", lambda *arguments: arguments)
-    figures = {(each.setting, each.number): each for each in adaptive_boids.figures()}
-    figure, measure = figures[setting, number], MEASURES[number - 4]
+    figures = {each.name: each for each in adaptive_boids.figures()}
+    figure, measure = figures[f"boids{number}_{setting}"], MEASURES[number - 4]
     results = {
         each: [replace(EPISODE, **{measure.field: value}) for value in (1.0, 3.0)]
         for each in figure.experiments
