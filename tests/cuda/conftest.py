@@ -13,7 +13,7 @@ from swarm_forage_env.compiler import rounding_each
 ON_GRID = (
     "nc", "ssgikf", "dsgikf", "ssgiff", "dsgiff", "dsgiff-penalised", "dsgiff-frequent",
     "ssgikf-sceptical", "sikf", "covariance", "learned-weighting", "learned-motion", "learned-both",
-    "learned-sceptical",
+    "learned-robust", "learned-sceptical",
 )  # fmt: skip
 """The named controllers that run on a GPU."""
 
