@@ -102,7 +102,8 @@ def test_both_hold_every_file_of_the_packages_and_the_wheel_nothing_else(sdist, 
 def test_the_wheel_from_the_source_distribution_is_that_of_the_checkout(dist, wheel, tmp_path):
     (file,) = dist.glob("*.tar.gz")
     with tarfile.open(file) as archive:
-        archive.extractall(tmp_path, filter="data")
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)  # from Python 3.11.4 on
+        archive.extractall(tmp_path)
     (source,) = tmp_path.iterdir()
     build(tmp_path / "again", source, "wheel")
     (again,) = (tmp_path / "again").glob("*.whl")
