@@ -343,13 +343,15 @@ def test_the_file_of_marl_eval_is_a_tree_by_rung_algorithm_and_seed(scored):
     json.dumps(tree)
 
 
-def test_lines_of_controllers_have_no_colour_of_an_algorithm(scored):
-    figure = figures.curves(scored, [run_of(scored), run_of(scored, "qmix")], "command")
+def test_algorithms_differ_in_colour_and_from_the_lines_of_controllers(scored):
+    """Among all algorithms MAPPO and VDN would have one colour."""
+    runs = [run_of(scored), *(run_of(scored, name) for name in ("qmix", "mappo", "vdn"))]
+    figure = figures.curves(scored, runs, "command")
     learned, known = (
         {line.get_color() for line in figure.axes[0].lines if line.get_label()[:1] in start}
-        for start in ("PQ", "_")
+        for start in ("PQMV", "_")
     )
-    assert len(learned) == 2
+    assert len(learned) == 4
     assert not learned & known
 
 

@@ -16,7 +16,7 @@ from baselines.evaluation.figure_page import (
     style_in_use,
 )
 from baselines.evaluation.line_plots import Means, draw_band
-from baselines.evaluation.plot_style import FAINT, SeriesStyle, nth_style
+from baselines.evaluation.plot_style import FAINT, PALETTE, SeriesStyle, nth_style
 from baselines.evaluation.statistics import iqm_interval, performance_profile
 from training.ladder.rungs import RANDOM, Rung, read_algorithms, title_of
 from training.ladder.runs import Run, by_algorithm, score_word, strata_of
@@ -69,9 +69,15 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
 
 
 def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
-    """A style for each algorithm, the same on all figures."""
-    known = list(read_algorithms())
-    return {title_of(name): nth_style(known.index(name)) for name in algorithms}
+    """A style for each algorithm, the same on all figures but where its colour is another's."""
+    known, taken, styles = list(read_algorithms()), set[int](), {}
+    for name in algorithms:
+        number = known.index(name)
+        while number % len(PALETTE) in taken and len(taken) < len(PALETTE):
+            number += 1
+        taken.add(number % len(PALETTE))
+        styles[title_of(name)] = nth_style(number)
+    return styles
 
 
 def _curve(runs: Sequence[Run], over: Over) -> Means:
