@@ -9,11 +9,10 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import cache, partial
+from functools import cache
 from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
-from threading import Lock
 from types import ModuleType
 from typing import Any, Protocol, cast
 
@@ -28,6 +27,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.fingerprint import plain as plain
+from swarm_forage_env.gpu_kernels import PreparedKernel, compiled_for_gpu
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
@@ -35,9 +35,6 @@ from swarm_forage_env.templates import Bindings, Function, FunctionT, parts_of, 
 
 _listeners: list[Callable[[str], None]] = []
 """Called with the name of each entry point that is about to be compiled."""
-
-_SWITCH = Lock()
-"""Held while numba's warning of few blocks, or its fusing of operations, is switched off."""
 
 OPTIONS = {"error_model": "numpy", "nogil": True}
 INLINED = {**OPTIONS, "forceinline": True}
@@ -147,54 +144,19 @@ def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKern
     The same template and functions, in another process too, share their machine code on disk.
     ConfigError where numba-cuda is missing.
     """
-    return _bound_grid(template, parts_of(template, {**_lanes_on_gpu(), **functions}))
-
-
-@cache
-def _bound_grid(template: Function, parts: Bindings) -> GridKernel:
-    function = with_parts(template, parts, _bound_row)
-    compiled = gpu().jit(_on_records(function) if config.ENABLE_CUDASIM else function)
-    if not config.ENABLE_CUDASIM:
-        compiled._cache = _LateCache(function, _cache_of_gpu())
-        compiled.compile = rounding_each()(compiled.compile)
-        compiled.configure = _without_size_warning(compiled.configure)
-    kernel: GridKernel = compiled
+    bound = _bound_grid(template, parts_of(template, {**_lanes_on_gpu(), **functions}))
+    kernel: GridKernel = bound if is_simulated() else PreparedKernel(bound)
     return kernel
 
 
-def _without_size_warning(configure: Function) -> Function:
-    """A kernel's method that sizes its launch, without the warning of few blocks.
-
-    Numba warns of them by one switch for all kernels of the process, the user's own among them.
-    """
-
-    def configured(*launch: object) -> object:
-        with _SWITCH:
-            warns = config.CUDA_LOW_OCCUPANCY_WARNINGS
-            config.CUDA_LOW_OCCUPANCY_WARNINGS = 0
-            try:
-                return configure(*launch)
-            finally:
-                config.CUDA_LOW_OCCUPANCY_WARNINGS = warns
-
-    return configured
-
-
-@contextmanager
-def rounding_each() -> Iterator[None]:
-    """What is compiled for a GPU meanwhile rounds each product and each sum, as a CPU does.
-
-    Numba's decorator has no option for this, but what it calls to make PTX has.
-    """
-    from numba.cuda.cudadrv import nvvm
-
-    with _SWITCH:
-        usual = nvvm.compile_ir
-        nvvm.compile_ir = partial(usual, fma=False)
-        try:
-            yield
-        finally:
-            nvvm.compile_ir = usual
+@cache
+def _bound_grid(template: Function, parts: Bindings) -> Any:  # noqa: ANN401 numba-cuda's
+    function = with_parts(template, parts, _bound_row)
+    compiled = gpu().jit(_on_records(function) if is_simulated() else function)
+    if not is_simulated():
+        compiled._cache = _LateCache(function, _cache_of_gpu())
+        compiled.compile = compiled_for_gpu()(compiled.compile)
+    return compiled
 
 
 def gpu() -> ModuleType:

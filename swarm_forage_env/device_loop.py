@@ -26,6 +26,9 @@ from swarm_forage_env.worlds_on_cpu import PlacedArray
 MAX_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
 
+ENOUGH_BLOCKS = 320
+"""Blocks among which few worlds are spread, a few for each multiprocessor of a large GPU."""
+
 
 class DeviceLoop:
     """A block of worlds and the controller of all their robots, on a GPU.
@@ -228,13 +231,15 @@ NUMBERS = "worlds", "obstacles", "faults", "settings"
 def grid_of(n_worlds: int, n_robots: int) -> Grid:
     """Blocks, and threads of a block: robots by worlds.
 
+    >>> grid_of(10_000, 10)
+    (834, (10, 12))
     >>> grid_of(1000, 10)
-    (84, (10, 12))
+    (334, (10, 3))
     >>> grid_of(3, 1000)
     (3, (128, 1))
     """
     robots = min(n_robots, MAX_THREADS)
-    worlds = min(n_worlds, MAX_THREADS // robots)
+    worlds = min(max(n_worlds // ENOUGH_BLOCKS, 1), MAX_THREADS // robots)
     return -(-n_worlds // worlds), (robots, worlds)
 
 

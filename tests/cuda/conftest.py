@@ -8,7 +8,7 @@ import pytest
 
 import baselines.controllers  # noqa: F401 controllers, by name
 import training.controllers  # noqa: F401 learned layers, by name
-from swarm_forage_env.compiler import rounding_each
+from swarm_forage_env.gpu_kernels import compiled_for_gpu
 
 ON_GRID = (
     "nc", "ssgikf", "dsgikf", "ssgiff", "dsgiff", "dsgiff-penalised", "dsgiff-frequent",
@@ -49,8 +49,8 @@ def ptx(monkeypatch):
 
     def compiled(kernel, *arguments):
         types = tuple(map(numba.typeof, arguments))
-        with rounding_each():
-            text, result = cuda.compile_ptx(kernel.py_func, types, cc=CAPABILITY)
+        with compiled_for_gpu():
+            text, result = cuda.compile_ptx(kernel.dispatcher.py_func, types, cc=CAPABILITY)
         assert result == numba.types.none
         return text
 

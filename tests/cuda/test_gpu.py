@@ -6,7 +6,6 @@ Skipped where there is no GPU. The simulator has tests of its own.
 import copy
 import importlib.util
 import os
-import time
 from itertools import product
 
 import joblib
@@ -24,7 +23,7 @@ from swarm_forage_env.foraging.metrics import (
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from tests.columns import check_same_bits, columns
+from tests.columns import check_same_bits
 
 pytestmark = pytest.mark.gpu
 
@@ -116,40 +115,18 @@ def test_a_world_in_a_million_is_the_world_alone():
         check_same_bits(*robots([seed], [0]), found)
 
 
-def test_a_hundred_thousand_worlds_are_made_within_two_seconds():
-    def seconds(n_worlds):
-        start = time.perf_counter()
-        env = array_env("es1", n_worlds=n_worlds, device="cuda", physics="kinematic")
-        env.reset(seed=0)
-        env.check()  # waits for the GPU
-        return time.perf_counter() - start
-
-    seconds(10)  # compiles
-    assert seconds(100_000) < 2.0
-
-
 @pytest.mark.parametrize("scenario", ["es1", "es2", "es3", "mg1-hexagon"])
 @pytest.mark.parametrize("controller", FIVE)
-def test_a_tick_is_that_of_a_cpu(scenario, controller):
+def test_ticks_are_those_of_a_cpu_bit_for_bit(scenario, controller):
     cpu = loop_of(scenario, controller, range(16))
-    for _ in range(600):
-        cpu.step()
+    cpu.run(600)
     gpu = DeviceLoop(copy.deepcopy(cpu))
-    cpu.step()
-    gpu.step()
+    cpu.run(50)
+    gpu.run(50)
     there = gpu.download()
-    pairs = zip(
-        [*columns(cpu.world.robots, "robots"), *columns(cpu.controller.minds, "minds")],
-        [*columns(there.world.robots, "robots"), *columns(there.controller.minds, "minds")],
-        strict=True,
-    )
-    for (name, mine), (_, his) in pairs:
-        if mine.dtype.kind == "f":
-            # A last bit of a sine may round an infrared reading near contact forty times as far.
-            atol = 1e-5 if name.endswith("proximity") else 1e-6
-            np.testing.assert_allclose(his, mine, rtol=1e-6, atol=atol, err_msg=name)
-        else:
-            np.testing.assert_array_equal(his, mine, err_msg=name)
+    gpu.check()
+    check_same_bits(cpu.world.robots, there.world.robots)
+    check_same_bits(cpu.controller.minds, there.controller.minds)
 
 
 def measured_on_cpu(scenario, controller, n_processes):
@@ -194,7 +171,7 @@ def test_kept_machine_code_runs(tmp_path, monkeypatch):
         _bound_grid.cache_clear()
         there = DeviceLoop(loop_of("es1", "nc", range(3)))
         there.step()
-        assert sum(there._run.stats.cache_hits.values()) == hits
+        assert sum(there._run.dispatcher.stats.cache_hits.values()) == hits
         found.append(there.download().world.robots.copy())
     check_same_bits(*found)
 
@@ -228,7 +205,7 @@ def test_tensors_of_torch_go_in_and_come_out_without_a_copy(torch):
     kinds = [torch.as_tensor(each, device="cuda").dtype for each in told[:4]]
     assert kinds == [torch.float32, torch.float64, torch.bool, torch.bool]
     env.step(torch.full_like(actions, float("nan")))
-    with pytest.raises(ConfigError, match="actions of world 7"):
+    with pytest.raises(ConfigError, match="actions of world 0"):
         env.check()
 
 
@@ -279,7 +256,7 @@ def test_ppo_in_tensors_learns_on_the_gpu(torch):
     env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=64, **terms)])
     policy = ActorCritic(len(env.observation_layout), 2)
     learner = PPOLearner(env, policy, PPOHyperparameters(n_steps=32))
-    before = [each.clone() for each in learner.policy.parameters()]
+    before = [each.detach().clone() for each in learner.policy.parameters()]
     learner.learn(2 * 32 * 10 * env.n_rows, seed=0)
     assert learner.robot_steps == 2 * 32 * 10 * env.n_rows
     for old, new in zip(before, learner.policy.parameters(), strict=True):

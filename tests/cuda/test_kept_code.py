@@ -44,7 +44,7 @@ def made(change):
     """The machine code of a composition, and whether it comes from the disk."""
     import numba
 
-    compiled = bind_grid(apply, {"change": change})
+    compiled = bind_grid(apply, {"change": change}).dispatcher
     linked = compiled.compile((numba.typeof(np.ones(3)),))._codelibrary.get_cubin().code
     return linked, sum(compiled.stats.cache_hits.values())
 

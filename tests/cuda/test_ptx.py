@@ -8,7 +8,6 @@ import pytest
 
 import baselines.oracles.controllers  # noqa: F401 references, by name
 from swarm_forage_env.compiler import bind_grid, bind_row
-from swarm_forage_env.device_loop import grid_of
 from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.extra_observations import (
     write_one_hot,
@@ -179,7 +178,7 @@ def test_the_compiled_controllers_call_all_that_any_does():
     found = {name: set() for name in ON_GRID}
     for name, own in found.items():
         for kernel, _ in kernels_of(name).values():
-            called_by(kernel, own)
+            called_by(kernel.dispatcher, own)
     names = {name: {each.__qualname__ for each in own} for name, own in found.items()}
     assert set().union(*names.values()) == set().union(*(names[name] for name in COMPILED))
 
@@ -191,15 +190,6 @@ def test_every_controller_runs_on_a_gpu_or_is_refused():
             loop_of(name, 1).controller.check_on_gpu()
             runs.add(name)
     assert runs == {*ON_GRID, "gather"}
-
-
-def test_few_worlds_are_launched_in_silence_and_other_peoples_kernels_are_not():
-    from numba import cuda
-
-    on = grid_of(2, 10)  # warnings are errors
-    assert kernels_of("nc")["run"][0][on].griddim == (1, 1, 1)
-    with pytest.warns(Warning, match="under-utilization"):
-        cuda.jit(lambda out: None)[on]
 
 
 @pytest.mark.parametrize(
