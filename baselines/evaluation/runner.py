@@ -19,17 +19,19 @@ import numpy as np
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import AnyEpisode, run_episodes
+from baselines.evaluation.episode import AnyEpisode, compile_episodes, run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
 from swarm_forage_env.compiler import compiling_told
-from swarm_forage_env.loop import Loop
+from swarm_forage_env.worlds_on_cpu import Device
 
 MAX_ROWS = 300
 """Robots in a block for each thread, about: more rows hardly share Python's cost per tick any
 further."""
 
-WARM_UP_TICKS = 50  # long enough for bodies to touch, which the engine `rigid` has a kernel for
+ROWS_ON_GPU = 100_000
+"""Robots in a block on a GPU: so many threads that it is never idle; they take about 250 MB."""
+
 ROUNDS = 2  # blocks for each worker, at least, so that all have work until near the end
 WRITERS = 16  # files that this process writes at a time
 
@@ -84,12 +86,14 @@ class Plan:
         """Number of episodes still to run."""
         return sum(map(len, self.todo.values()))
 
-    def blocks(self, workers: int, threads: int = 1) -> list[EpisodeBlock]:
+    def blocks(self, backend: Backend) -> list[EpisodeBlock]:
         """The episodes still to run, cut into blocks of nearly equal size."""
-        share = -(-self.n_todo // (ROUNDS * workers))
+        rounds = ROUNDS * backend.workers if backend.device == "cpu" else 1
+        share = -(-self.n_todo // rounds)
         blocks: list[EpisodeBlock] = []
         for key, todo in self.todo.items():
-            size = min(share, threads * worlds_in_a_block(self._named[key]))
+            room = worlds_in_a_block(self._named[key], backend.device)
+            size = min(share, backend.threads * room)
             for seeds in np.array_split(np.asarray(todo, np.uint64), -(-len(todo) // size)):
                 blocks.append((self._named[key], tuple(seeds.tolist())))
         return blocks
@@ -102,12 +106,12 @@ class Plan:
         """
         for key, renamed in self.renamed.items():
             self.keep(key, renamed)
-        compile_all([self._named[key] for key in self.todo], tell)
-        blocks = self.blocks(backend.workers, backend.threads)
+        compile_all([self._named[key] for key in self.todo], tell, backend.device)
+        blocks = self.blocks(backend)
         worker_keeps = backend.shares_files and self.dataset.shares_files
         run = partial(
             _run_block,
-            threads=backend.threads,
+            backend=backend,
             is_recorded=self.trajectories is not None,
             stores=(self.dataset, self.trajectories) if worker_keeps else None,
         )
@@ -142,10 +146,10 @@ class Plan:
         ]
 
 
-def worlds_in_a_block(configuration: ExperimentConfig) -> int:
-    """Number of worlds of this configuration that a thread of a block has room for."""
+def worlds_in_a_block(configuration: ExperimentConfig, device: Device = "cpu") -> int:
+    """Number of worlds of this configuration that a thread of a block, or a GPU, has room for."""
     n_robots: int = configuration.scenario.task.n_robots
-    return max(1, MAX_ROWS // n_robots)
+    return max(1, (MAX_ROWS if device == "cpu" else ROWS_ON_GPU) // n_robots)
 
 
 def evaluate(
@@ -162,7 +166,11 @@ def evaluate(
     return plan.results()
 
 
-def compile_all(configurations: Sequence[ExperimentConfig], tell: Callable[[str], None]) -> None:
+def compile_all(
+    configurations: Sequence[ExperimentConfig],
+    tell: Callable[[str], None],
+    device: Device = "cpu",
+) -> None:
     """Compile what each configuration needs; `tell` receives configuration and function."""
     for number, configuration in enumerate(configurations, 1):
         which = f"compiling {number} of {len(configurations)}, {configuration.label}"
@@ -171,27 +179,23 @@ def compile_all(configurations: Sequence[ExperimentConfig], tell: Callable[[str]
             tell(f"{which}: {function}")
 
         with compiling_told(tell_which):
-            warm_up(configuration)
+            warm_up(configuration, device)
     tell("")
 
 
-def warm_up(configuration: ExperimentConfig) -> None:
+def warm_up(configuration: ExperimentConfig, device: Device = "cpu") -> None:
     """Compile every kernel of a configuration, so that workers find them cached."""
-    scenario, controller = configuration.scenario, configuration.controller
-    loop = Loop(scenario, controller, (0,), configuration.physics)
-    meter = loop.task.episode.meter(loop)
-    for tick in range(1, min(WARM_UP_TICKS, scenario.n_ticks) + 1):
-        loop.step()
-        meter.sample(tick)
+    what = configuration.scenario, configuration.controller, configuration.physics
+    compile_episodes(*what, device)
 
 
 def _run_block(
-    block: EpisodeBlock, threads: int, is_recorded: bool, stores: Stores | None
+    block: EpisodeBlock, backend: Backend, is_recorded: bool, stores: Stores | None
 ) -> Ended:
     config, seeds = block
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
     what = config.scenario, config.controller, seeds, config.physics
-    episodes = run_episodes(*what, threads, recorder)
+    episodes = run_episodes(*what, backend.threads, recorder, backend.device)
     contents = recorder.contents() if recorder else {}
     if stores is None:
         return config.key, episodes, contents
