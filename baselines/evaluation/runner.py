@@ -6,7 +6,7 @@ Neither how episodes are cut into blocks nor the number of threads ever changes 
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.evaluation.backends import Backend, JoblibBackend
+from baselines.evaluation.backends import Backend, JoblibBackend, JobT
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import AnyEpisode, compile_episodes, run_episodes
@@ -65,13 +65,14 @@ class Plan:
         self.dataset = dataset
         self.trajectories = trajectories
         self.episodes: dict[tuple[str, int], AnyEpisode] = {}
-        self.renamed: dict[str, list[AnyEpisode]] = {}
-        """Episodes whose controller had another name, by configuration."""
+        self.renamed: dict[str, set[int]] = {}
+        """Seeds of episodes whose controller had another name, by configuration."""
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
+            found = dataset.find_all(configuration, seeds)
             for seed in seeds:
-                episode = dataset.find(configuration, seed)
+                episode = found.get(seed)
                 if episode is None or (
                     trajectories and not trajectories.holds(configuration, seed)
                 ):
@@ -79,7 +80,7 @@ class Plan:
                 else:
                     self.episodes[key, seed] = episode
                     if episode.controller != configuration.label:
-                        self.renamed.setdefault(key, []).append(episode)
+                        self.renamed.setdefault(key, set()).add(seed)
 
     @property
     def n_todo(self) -> int:
@@ -102,13 +103,17 @@ class Plan:
         """Run the missing episodes; yield the number of episodes of each block once it is written.
 
         Episodes whose controller had another name are written again, as figures show the name.
-        `tell` receives what is compiled.
+        Those of a block on a GPU are written together. `tell` receives what is compiled.
         """
         for key, renamed in self.renamed.items():
-            self.keep(key, renamed)
+            own = self._named[key]
+            files = self.dataset.files(own).items()
+            for_seeds = [file for seeds, file in files if not renamed.isdisjoint(seeds)]
+            _many_at_a_time(partial(self.dataset.relabel, own), for_seeds)
         compile_all([self._named[key] for key in self.todo], tell, backend.device)
         blocks = self.blocks(backend)
-        worker_keeps = backend.shares_files and self.dataset.shares_files
+        is_together = backend.device == "cuda"
+        worker_keeps = backend.shares_files and self.dataset.shares_files and not is_together
         run = partial(
             _run_block,
             backend=backend,
@@ -117,7 +122,9 @@ class Plan:
         )
         with closing(backend.run(run, blocks)) as finished:
             for key, episodes, contents in finished:
-                if not worker_keeps:
+                if is_together:
+                    self.dataset.keep_together(self._named[key], episodes)
+                elif not worker_keeps:
                     self.keep(key, episodes, contents)
                 for episode in episodes:
                     self.episodes[key, episode.seed] = episode
@@ -131,8 +138,7 @@ class Plan:
         `contents` are the files of their trajectories, by seed.
         """
         stores, own = (self.dataset, self.trajectories), self._named[key]
-        with ThreadPoolExecutor(WRITERS) as pool:
-            list(pool.map(lambda episode: _keep(stores, own, [episode], contents), episodes))
+        _many_at_a_time(lambda episode: _keep(stores, own, [episode], contents), episodes)
 
     def results(self) -> list[Any]:
         """All episodes, by controller, then seed, under the controllers' names as given."""
@@ -217,6 +223,11 @@ def _keep(
     dataset.keep(configuration, episodes)
 
 
+def _many_at_a_time(function: Callable[[JobT], None], jobs: Iterable[JobT]) -> None:
+    with ThreadPoolExecutor(WRITERS) as pool:
+        list(pool.map(function, jobs))
+
+
 NAMED = 20  # files that a message names, at most
 
 
@@ -236,13 +247,16 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
 
 def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
+    total = len(plan.configurations) * len(plan.seeds)
     for dataset in filter(None, (plan.dataset, plan.trajectories)):
-        wanted = [dataset.place(each, s) for each in plan.configurations for s in plan.seeds]
-        if missing := dataset.missing(wanted):
+        missing = [
+            file for each in plan.configurations for file in dataset.missing(each, plan.seeds)
+        ]
+        if missing:
             names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
             more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
             raise OSError(
-                f"{dataset.name}: {len(missing)} of {len(wanted)} episodes are not there any more:"
+                f"{dataset.name}: {len(missing)} of {total} episodes are not there any more:"
                 f" {names}{more}; the results above count them, and the same command runs them"
                 " again where it needs them"
             )
