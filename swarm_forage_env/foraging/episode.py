@@ -112,7 +112,7 @@ class ForagingMeter:
     def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
         world, tick = self._loop.download().world, self._loop.world.scenario.tick
-        first_visit, n = world.robots["first_visit"], world.n_worlds
+        n = world.n_worlds
         recruited = metrics.recruitment_time(world.state.first_visit, n, tick).tolist()
         on_path = self._loop.memory.read(self._on_path)[:, : self._n_shares] / world.n_robots
         errors = [each.means() for each in self._errors]
@@ -122,9 +122,7 @@ class ForagingMeter:
             "messages": metrics.total(world.state.messages, n).tolist(),
             "localisation_error_m": errors[0],
             "on_path_over_time": map(tuple, on_path.tolist()),
-            "recruited_at_s": [
-                tuple(metrics.recruited_at(each, tick).tolist()) for each in first_visit
-            ],
+            "recruited_at_s": metrics.recruited_at(world.robots["first_visit"], tick),
         }
         results = [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

@@ -67,13 +67,16 @@ def knows_both_areas_now(
 
 
 def recruited_at(
-    first_visit: Int64[Array, "robots areas"], tick: float
-) -> Float64[Array, " recruited"]:
-    """When the robots of one world had visited both areas [s], earliest first.
+    first_visit: Int64[Array, "worlds robots areas"], tick: float
+) -> list[tuple[float, ...]]:
+    """When the robots of each world had visited both areas [s], earliest first.
 
     Robots that have not visited both are left out.
     """
-    return np.sort(first_visit[(first_visit >= 0).all(axis=1)].max(axis=1)) * tick
+    is_recruited = (first_visit >= 0).all(axis=2)
+    last = np.where(is_recruited, first_visit.max(axis=2), np.iinfo(np.int64).max)
+    times, n = (np.sort(last) * tick).tolist(), is_recruited.sum(axis=1).tolist()
+    return [tuple(own[:k]) for own, k in zip(times, n, strict=True)]
 
 
 def nearest_areas(

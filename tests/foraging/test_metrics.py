@@ -50,8 +50,8 @@ def test_the_share_on_the_path_now_is_that_of_the_robots_who_know_both_areas():
 
 
 def test_recruits_are_told_in_the_order_in_which_they_had_visited_both_areas():
-    first_visit = np.array([[10, 40], [30, -1], [5, 6]], np.int64)
-    np.testing.assert_allclose(recruited_at(first_visit, 0.1), [0.6, 4.0])
+    first_visit = np.array([[[10, 40], [30, -1], [5, 6]], [[-1, -1]] * 3], np.int64)
+    assert recruited_at(first_visit, 0.5) == [(3.0, 20.0), ()]
 
 
 def test_the_localisation_error_is_that_of_the_robots_that_are_meant_about_what_they_know(running):
