@@ -154,7 +154,7 @@ def bench(
         from baselines.evaluation.bench.gpu_tables import gpu_table
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import report
-        from swarm_forage_env.envs.array_env import checked_device
+        from swarm_forage_env.worlds_on_cpu import checked_device
 
         checked_device(device)
 

@@ -21,7 +21,7 @@ from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.task import World, checked_worlds, consecutive
 from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
-from swarm_forage_env.worlds_on_cpu import PlacedArray
+from swarm_forage_env.worlds_on_cpu import PlacedArray, checked_device
 
 MAX_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
@@ -199,6 +199,11 @@ class DeviceLoop:
         arrays = dict(zip(WORLD, world.arrays, strict=True))
         arrays["cells"] = np.zeros((world.n_worlds, 0), np.int32)  # neighbours are found without
         return arrays | dict(zip(LAYERS, layers.arrays, strict=True))
+
+
+def placed(loop: Loop, device: str) -> Loop | DeviceLoop:
+    """A loop where its worlds are to run; ConfigError for what does not run there."""
+    return loop if checked_device(device) == "cpu" else DeviceLoop(loop)
 
 
 WORLD = "robots", "worlds", "near", "cells", "obstacles", "earned", "faults"

@@ -1,13 +1,14 @@
 """Where worlds run: what an environment asks of a CPU or a GPU, and the worlds of a CPU."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import DTypeLike
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind, typed_once
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import (
     FieldLayout,
@@ -17,6 +18,17 @@ from swarm_forage_env.observed_fields import (
     words_of,
 )
 from swarm_forage_env.raw_control import has_estimators
+
+Device = Literal["cpu", "cuda"]
+"""Where worlds run."""
+
+
+def checked_device(device: str) -> Device:
+    """The device; ConfigError for one on which worlds cannot run."""
+    match device:
+        case "cpu" | "cuda":
+            return device
+    raise ConfigError(f"device={device!r}: must be 'cpu' or 'cuda'")
 
 
 class PlacedArray(Protocol):

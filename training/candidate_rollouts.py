@@ -12,20 +12,16 @@ import numpy as np
 
 from baselines.controller import LayeredController
 from baselines.evaluation.backends import Backend, JoblibBackend, run_in_order
+from baselines.evaluation.episode import compile_episodes, run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
-from swarm_forage_env.device_loop import DeviceLoop
-from swarm_forage_env.foraging.metrics import total
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer, WeightingLayer
-from swarm_forage_env.loop import Loop
 from training.learned_weighting import EXCHANGE_NETWORK, WeightingNetwork
 from training.linear_motion_policy import linear_motion
 from training.policy_file import LayerName
 
 MAX_ROWS = 2000
 """Robots in one job, about; larger batches hardly reduce the overhead per robot any further."""
-
-AT_ONCE = 100  # ticks of a compiled call, between two of which a command can be stopped
 
 
 @dataclass(frozen=True)
@@ -82,8 +78,7 @@ class CandidateRollouts:
         ConfigError for a controller or an engine that does not run on the device.
         """
         for scenario in self.scenarios.values():
-            loop = Loop(scenario, self._with(network), [0], self.physics)
-            (loop if self.device == "cpu" else DeviceLoop(loop)).step()
+            compile_episodes(scenario, self._with(network), self.physics, self.device)
 
     def round_trips(
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
@@ -128,16 +123,5 @@ class CandidateRollouts:
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
     """Run the episodes of a job and return the round trips of each world."""
-    return total(after_episode(job).world.robots["round_trips"], len(job.seeds))
-
-
-def after_episode(job: RolloutJob) -> Loop:
-    """Run the episodes of a job and return its worlds as they are at the end."""
-    loop = Loop(job.scenario, job.controllers, job.seeds, job.physics)
-    running = loop if job.device == "cpu" else DeviceLoop(loop)
-    for tick in range(0, job.scenario.n_ticks, AT_ONCE):
-        running.run(min(AT_ONCE, job.scenario.n_ticks - tick))
-    if isinstance(running, Loop):
-        return loop
-    running.check()
-    return running.download()
+    what = job.scenario, job.controllers, job.seeds, job.physics
+    return np.array([each.round_trips for each in run_episodes(*what, device=job.device)])

@@ -12,11 +12,9 @@ import numpy as np
 
 from baselines.controller import LayeredController
 from baselines.evaluation.console import of_option
-from baselines.evaluation.evaluate_options import check_count, check_physics
+from baselines.evaluation.evaluate_options import check_count, check_device, check_physics
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
-from swarm_forage_env.device_memory import usable_gpu
-from swarm_forage_env.envs.array_env import checked_device
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import files_read_by
@@ -24,6 +22,7 @@ from swarm_forage_env.parameters import leaves
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
+from swarm_forage_env.worlds_on_cpu import checked_device
 from training.learned_weighting import LearnedWeighting
 from training.linear_motion_policy import LearnedMotion, linear_policy_of
 from training.policy_file import LayerName, Policy, load_policy, observation_features
@@ -125,17 +124,12 @@ class Experiment:
 
     def _check_device(self) -> None:
         with of_option("--"):
-            checked_device(self.device)
-            if self.device == "cpu":
+            device = checked_device(self.device)
+            if device == "cpu":
                 return
             if self.algorithm == "imitation":
                 raise ConfigError("device=cuda: is for --algorithm cma and ppo, not imitation")
-            if self.physics != "kinematic":
-                raise ConfigError(
-                    f"device=cuda: the engine {self.physics} runs on a CPU only, as it asks a"
-                    " library; add --physics=kinematic"
-                )
-            usable_gpu()
+            check_device(device, self.physics)
             if self.algorithm == "ppo":
                 from training.tensor_vec_env import torch_device
 

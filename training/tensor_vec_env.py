@@ -15,12 +15,11 @@ from torch import Tensor
 
 from swarm_forage_env.compiler import is_simulated
 from swarm_forage_env.device_memory import usable_gpu
-from swarm_forage_env.envs.array_env import ArrayEnv, checked_device
+from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.envs.keywords import Device
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.observed_fields import FieldLayout
-from swarm_forage_env.worlds_on_cpu import PlacedArray
+from swarm_forage_env.worlds_on_cpu import Device, PlacedArray, checked_device
 
 
 @dataclass(frozen=True)

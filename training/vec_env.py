@@ -11,12 +11,13 @@ from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.envs.keywords import Device, EnvOptions, RenderMode
+from swarm_forage_env.envs.keywords import EnvOptions, RenderMode
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import check_render_mode
 from swarm_forage_env.scenarios import ScenarioSource
+from swarm_forage_env.worlds_on_cpu import Device
 
 Infos = list[dict[str, Any]]
 

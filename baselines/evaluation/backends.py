@@ -12,7 +12,7 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 from multiprocessing import resource_tracker as stdlib_tracker
 from operator import itemgetter
@@ -20,6 +20,8 @@ from typing import ClassVar, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.backend import resource_tracker as loky_tracker
+
+from swarm_forage_env.worlds_on_cpu import Device
 
 JobT = TypeVar("JobT")
 ResultT = TypeVar("ResultT")
@@ -46,6 +48,7 @@ class Backend:
 
     workers: int = 1  # number of calls that run at a time
     threads: int = 1  # number of threads of each call
+    device: Device = field(default="cpu", kw_only=True)  # where the worlds of a call run
     shares_files: ClassVar[bool] = True  # workers read and write the files of this machine
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:

@@ -10,13 +10,13 @@ from typer import Argument, Option
 from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
+    DeviceOption,
     FileOption,
     FirstSeedOption,
     PhysicsOption,
     ScenarioArgument,
     SettingsOption,
     ThreadsOption,
-    WorkersOption,
     completion_of,
     controller_names,
     find_backend,
@@ -39,7 +39,9 @@ def evaluate(  # noqa: PLR0913 the options of a command
     ],
     episodes: Annotated[int, Option(help="Episodes for each controller.")] = 30,
     seed: FirstSeedOption = 0,
-    workers: WorkersOption = 2,
+    workers: Annotated[
+        int | None, Option(help="Processes to run them in.", show_default="2; 1 for a GPU")
+    ] = None,
     threads: ThreadsOption = 1,
     out: Annotated[
         str | None,
@@ -62,6 +64,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     plot: Annotated[Path | None, FileOption(help="Draw the scores: .png, .pdf or .svg.")] = None,
     backend: BackendOption = "joblib",
     address: AddressOption = None,
+    device: DeviceOption = "cpu",
 ) -> None:
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
@@ -74,10 +77,11 @@ def evaluate(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.runner import check_kept, run_with_progress
 
     request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
-    spread = find_backend(backend, workers, threads, address)
+    usual = 2 if device == "cpu" else 1
+    spread = find_backend(backend, usual if workers is None else workers, threads, address, device)
     if plot:
         _check_plot(plot, out)
-    plan = request.plan(out, trajectories)
+    plan = request.plan(out, trajectories, device)
     run_with_progress(plan, spread)
     results = plan.results()
     if plot:

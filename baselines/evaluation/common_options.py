@@ -14,6 +14,7 @@ from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARI
 
 if TYPE_CHECKING:
     from baselines.evaluation.backends import Backend
+    from swarm_forage_env.worlds_on_cpu import Device
 
 
 def completion_of(names: Collection[str]) -> Callable[[str], list[str]]:
@@ -82,6 +83,10 @@ def path(text: str | Path) -> Path:
 FileOption = partial(Option, parser=path)
 """An option that names a file or folder of this machine to write."""
 
+DeviceOption = Annotated[
+    Literal["cpu", "cuda"], Option(help="cpu, or cuda for worlds on a GPU: the same episodes.")
+]
+
 BackendOption = Annotated[
     Literal["joblib", "ray"],
     Option("--backend", help="joblib: processes of this machine. ray: those of a cluster."),
@@ -99,11 +104,21 @@ AddressOption = Annotated[
 
 
 def find_backend(
-    name: str, workers: int, threads: int = 1, address: str | None = None
+    name: str, workers: int, threads: int = 1, address: str | None = None, device: "Device" = "cpu"
 ) -> "Backend":
     """The backend of a command's options; ConfigError if they do not fit, or no cluster answers."""
     from baselines.evaluation.evaluate_options import check_count
 
+    if device != "cpu":
+        usual = {
+            "--backend": (name, "joblib"),
+            "--workers": (workers, 1),
+            "--threads": (threads, 1),
+        }
+        for option, (value, one) in usual.items():
+            if value != one:
+                other = f"leave it out, or --device={device}"
+                raise ConfigError(f"{option}={value}: spreads worlds over CPUs; {other}")
     check_count("--workers", workers)
     check_count("--threads", threads)
     if name == "joblib":
@@ -111,7 +126,7 @@ def find_backend(
             raise ConfigError(f"--address={address}: is for --backend ray")
         from baselines.evaluation.backends import JoblibBackend
 
-        return JoblibBackend(workers, threads)
+        return JoblibBackend(workers, threads, device=device)
     try:
         from baselines.evaluation.ray_backend import RayBackend
     except ModuleNotFoundError as error:

@@ -1,6 +1,10 @@
 """The dataset: one Parquet file for each episode, found by configuration and seed.
 
     OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000003.parquet
+    OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000004-00009999.parquet
+
+Thousands of episodes that end at once are a file together, the second one: its seeds follow each
+other. To write and to read them one by one would take longer than a GPU takes to run them.
 
 The folders are hive partitions: pyarrow, pandas, polars and DuckDB read OUT as one table. Files
 are written atomically, so that a run killed at any moment leaves whole files only. OUT may be an
@@ -10,7 +14,9 @@ address that fsspec reads (s3://bucket/x, memory://x): an object, too, appears w
 import logging
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, fields
+from dataclasses import fields
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 from urllib.parse import quote
@@ -24,7 +30,7 @@ from baselines.evaluation.experiment_config import IDENTITY, ExperimentConfig
 from swarm_forage_env.atomic_write import sweep, temporary_of, write_atomically
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.task import task_of
+from swarm_forage_env.task import consecutive, task_of
 
 Row = dict[str, Any]
 """An episode as a dataset file holds it: its columns by name."""
@@ -49,8 +55,8 @@ COLUMN_TYPES = {
     tuple[float, ...]: pa.list_(pa.float64()),
 }
 
-FILE_STEM = r"[0-9a-f]{16}-seed[0-9]{8,}"
-"""Regular expression of the name of an episode's file, without its ending."""
+FILE_STEM = r"[0-9a-f]{16}-seed([0-9]{8,})(?:-([0-9]{8,}))?"
+"""Regular expression of the name of a file of episodes, without its ending: first and last seed."""
 
 LONGEST_NAME = 255  # of a file or folder [byte], on the usual file systems
 DAMAGED = ".damaged"
@@ -125,26 +131,36 @@ class Dataset:
         for folder in self.folder.glob("scenario=*/*=*"):
             sweep(folder, FILE_STEM + re.escape(self.ending))
 
-    def place(self, configuration: ExperimentConfig, seed: int) -> Path:
-        """Path of an episode's file, whether it exists or not."""
+    def place(self, configuration: ExperimentConfig, seed: int, last: int | None = None) -> Path:
+        """Path of an episode's file, whether it exists or not; or of those up to a last seed."""
         folder = self.folder / folder_name(configuration.scenario.name, "scenario=")
         folder /= folder_name(configuration.controller.name, "controller=")
-        return folder / f"{configuration.key}-seed{seed:08d}{self.ending}"
+        until = "" if last in (None, seed) else f"-{last:08d}"
+        return folder / f"{configuration.key}-seed{seed:08d}{until}{self.ending}"
+
+    def files(self, configuration: ExperimentConfig) -> dict[range, Path]:
+        """The files of a configuration by the seeds that they hold, those of most seeds first."""
+        name, found = re.compile(FILE_STEM + re.escape(self.ending)), {}
+        for file in self.listed(self.place(configuration, 0).parent):
+            if file.name.startswith(configuration.key) and (match := name.fullmatch(file.name)):
+                found[range(int(match[1]), int(match[2] or match[1]) + 1)] = file
+        return dict(sorted(found.items(), key=lambda each: -len(each[0])))
 
     def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
         """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
-        kind = task_of(configuration.scenario).episode
+        return self.find_all(configuration, [seed]).get(seed)
 
-        def to_episode(table: pa.Table) -> AnyEpisode:
-            if not table.schema.equals(schema(kind)) or table.num_rows != 1:
-                raise DamagedFileError("not one row with the columns of an episode")
-            (row,) = table.to_pylist()
-            if (row["configuration"], row["seed"]) != (configuration.key, seed):
-                raise DamagedFileError("the episode of another configuration or seed")
-            controller = asked_name(table) or configuration.short_label
-            return episode_of(row, kind, configuration.scenario.name, controller)
-
-        return self.read_checked(self.place(configuration, seed), to_episode)
+    def find_all(
+        self, configuration: ExperimentConfig, seeds: Iterable[int]
+    ) -> dict[int, AnyEpisode]:
+        """Read the kept ones of some episodes, by seed."""
+        kind, wanted = task_of(configuration.scenario).episode, set(seeds)
+        found: dict[int, AnyEpisode] = {}
+        for own, file in self.files(configuration).items():
+            if not wanted.isdisjoint(own):
+                check = partial(_episodes, configuration, kind, own)
+                found |= {each.seed: each for each in self.read_checked(file, check) or ()}
+        return {seed: found[seed] for seed in wanted & found.keys()}
 
     def read_checked(self, file: Path, check: Callable[[pa.Table], CheckedT]) -> CheckedT | None:
         """What `check` makes of a file's table; None without one, or if it raises DamagedFileError.
@@ -164,13 +180,33 @@ class Dataset:
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
         """Write each episode atomically to its file, with the controller's name as given."""
         for episode in episodes:
-            columns = schema(kind_of_episode(episode)).with_metadata(
-                {ASKED: with_checksum(configuration.label)}
-            )
-            row = pa.Table.from_pylist([asdict(episode) | configuration.identity], columns)
-            content = pa.BufferOutputStream()
-            pq.write_table(row, content, write_page_checksum=True)
-            self.write(self.place(configuration, episode.seed), content.getvalue().to_pybytes())
+            self._keep(configuration, [episode])
+
+    def keep_together(
+        self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]
+    ) -> None:
+        """The same, with one file for all whose seeds follow each other."""
+        by_seed = {each.seed: each for each in episodes}
+        for first, end in consecutive([*by_seed]):
+            self._keep(configuration, [by_seed[seed] for seed in range(first, end)])
+
+    def _keep(self, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> None:
+        identity = configuration.identity
+        rows = [vars(each) | identity for each in episodes]
+        table = pa.Table.from_pylist(rows, schema(kind_of_episode(episodes[0])))
+        file = self.place(configuration, episodes[0].seed, episodes[-1].seed)
+        self._write_named(file, table, configuration)
+
+    def relabel(self, configuration: ExperimentConfig, file: Path) -> None:
+        """Write a file of episodes again, with the controller's name as given."""
+        columns = schema(task_of(configuration.scenario).episode)
+        self._write_named(file, read_table(self.read(file)).cast(columns), configuration)
+
+    def _write_named(self, file: Path, table: pa.Table, configuration: ExperimentConfig) -> None:
+        content = pa.BufferOutputStream()
+        named = table.replace_schema_metadata({ASKED: with_checksum(configuration.label)})
+        pq.write_table(named, content, write_page_checksum=True)
+        self.write(file, content.getvalue().to_pybytes())
 
     def read(self, file: Path) -> bytes:
         """The content of an episode's file. FileNotFoundError if there is none."""
@@ -184,9 +220,29 @@ class Dataset:
         """Give a file another name, over an older one."""
         file.replace(new)
 
-    def missing(self, files: Sequence[Path]) -> list[Path]:
-        """Those of some files that are not there."""
-        return [file for file in files if not file.is_file()]
+    def listed(self, folder: Path) -> Iterable[Path]:
+        """The files in a folder, as they are now; none if there is no such folder."""
+        return (each for each in folder.glob("*") if each.is_file())
+
+    def missing(self, configuration: ExperimentConfig, seeds: Iterable[int]) -> list[Path]:
+        """The places of the episodes that are in no file."""
+        kept = set(chain.from_iterable(self.files(configuration)))
+        return [self.place(configuration, seed) for seed in seeds if seed not in kept]
+
+
+def _episodes(
+    configuration: ExperimentConfig, kind: EpisodeKind, seeds: range, table: pa.Table
+) -> list[AnyEpisode]:
+    """The episodes in the table of a file that should hold these seeds."""
+    if not table.schema.equals(schema(kind)) or table.num_rows != len(seeds):
+        raise DamagedFileError("not a row for each episode with the columns of one")
+    rows = table.to_pylist()
+    if [(row["configuration"], row["seed"]) for row in rows] != [
+        (configuration.key, seed) for seed in seeds
+    ]:
+        raise DamagedFileError("the episode of another configuration or seed")
+    controller = asked_name(table) or configuration.short_label
+    return [episode_of(row, kind, configuration.scenario.name, controller) for row in rows]
 
 
 def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> AnyEpisode:
@@ -279,8 +335,7 @@ class RemoteDataset(Dataset):
         """Give an object another name."""
         self._store.mv(str(file), str(new))
 
-    def missing(self, files: Sequence[Path]) -> list[Path]:
-        """Those of some objects that are not there."""
+    def listed(self, folder: Path) -> Iterable[Path]:
+        """The objects in a folder, as they are now."""
         self._store.invalidate_cache()
-        names = {name.strip("/") for name in self._store.find(str(self.folder))}
-        return [file for file in files if str(file).strip("/") not in names]
+        return map(Path, self._store.find(str(folder)))

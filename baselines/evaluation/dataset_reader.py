@@ -193,12 +193,12 @@ def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
         raise unread(f"dataset file {file}", damage) from None
     for kind in (TASKS[name].episode for name in TASKS):
         whole = _with_all_columns(table, kind)
-        if whole.schema.equals(schema(kind)) and whole.num_rows == 1:
-            (row,) = whole.to_pylist()
-            _check_texts(row, file)
-            episode = episode_of(row, kind, scenario, controller)
+        rows = whole.to_pylist() if whole.schema.equals(schema(kind)) else []
+        if len({each["configuration"] for each in rows}) == 1:
+            _check_texts(row := rows[0], file)
+            episodes = [episode_of(each, kind, scenario, controller) for each in rows]
             asked = name or short_label(controller, row["parameters"])
-            return EpisodeGroup.made(row, (scenario, controller, asked), [episode])
+            return EpisodeGroup.made(row, (scenario, controller, asked), episodes)
     raise ConfigError(
         f"dataset file {file}: written by another version of swarm-forage, with other columns;"
         " evaluate again into another folder, or plot it with the version that wrote it"

@@ -4,7 +4,9 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar, cast
 
+from swarm_forage_env.device_loop import DeviceLoop, placed
 from swarm_forage_env.episode import Episode, EpisodeKind
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.loop import Loop
@@ -18,13 +20,14 @@ AnyEpisode = Episode | ForagingEpisode | WaypointEpisode  # an episode of any ta
 EpisodeT = TypeVar("EpisodeT")
 
 
-def run_episodes(
+def run_episodes(  # noqa: PLR0913 which episodes, how they are run, and who looks on
     scenario: HasEpisodes[EpisodeT],
-    controller: Controller,
+    controller: Controller | Sequence[Controller],
     seeds: Sequence[int],
     physics: str | None = None,
     threads: int = 1,
     observer: Callable[[Loop], None] | None = None,
+    device: str = "cpu",
 ) -> list[EpisodeT]:
     """Run one episode for each seed, side by side; each is the same when run alone.
 
@@ -38,33 +41,39 @@ def run_episodes(
 
     Args:
         scenario: The world, from `find_scenario`.
-        controller: The controller of all robots, from `find_controller` or `find_controllers`.
+        controller: The controller of all robots, from `find_controller` or `find_controllers`; or
+            one for each world, which may differ in their numbers only.
         seeds: Seeds of the worlds; each episode depends on its own seed alone.
         physics: `rigid` or `kinematic`; None: the engine of the scenario.
         threads: Threads that run the worlds; they change nothing but the computing time.
-        observer: Called with the loop at the start and after every tick.
+        observer: Called with the loop at the start and after every tick, on a CPU.
+        device: `cpu` or `cuda`; episodes are the same, bit for bit. ConfigError for what does not
+            run there.
     """
+    if observer is not None and device != "cpu":
+        raise ConfigError(f"device={device!r}: an observer looks at every tick on a CPU alone")
     start = time.perf_counter()
     world = cast(BaseScenario, scenario)
-    loop = Loop(world, controller, seeds, physics, threads)
+    loop, running = _begun(world, controller, seeds, physics, threads, device)
     kind = loop.task.episode
-    meter = kind.meter(loop)
+    meter = kind.meter(running)
     if observer is not None:
         observer(loop)
     tick = 0
     while tick < world.n_ticks:
         until = tick + 1 if observer else min(meter.next_sample(tick), world.n_ticks)
-        loop.run(until - tick)
+        running.run(until - tick)
         tick = until
         meter.sample(tick)
         if observer is not None:
             observer(loop)
+    running.check()
     results = meter.results()
     wall = (time.perf_counter() - start) / len(seeds)
     return [
         kind.episode(
             scenario=world.name,
-            controller=controller.name,
+            controller=each.name,
             seed=seed,
             physics=physics or loop.task.physics,
             n_robots=loop.world.n_robots,
@@ -72,8 +81,43 @@ def run_episodes(
             wall_s=wall,
             **numbers,
         )
-        for seed, numbers in zip(seeds, results, strict=True)
+        for each, seed, numbers in zip(loop.controllers, seeds, results, strict=True)
     ]
+
+
+WARM_UP_TICKS = 50  # long enough for bodies to touch, which the engine `rigid` has a kernel for
+
+
+def compile_episodes(
+    scenario: BaseScenario, controller: Controller, physics: str | None, device: str = "cpu"
+) -> None:
+    """Compile every kernel of such episodes, so that workers find them cached.
+
+    ConfigError for what does not run on the device.
+    """
+    loop, running = _begun(scenario, controller, (0,), physics, 1, device)
+    meter = loop.task.episode.meter(running)
+    for tick in range(1, min(WARM_UP_TICKS, scenario.n_ticks) + 1):
+        running.step()
+        meter.sample(tick)
+    meter.sample(scenario.n_ticks)  # when all is measured
+
+
+def _begun(
+    scenario: BaseScenario,
+    controller: Controller | Sequence[Controller],
+    seeds: Sequence[int],
+    physics: str | None,
+    threads: int,
+    device: str,
+) -> tuple[Loop, Loop | DeviceLoop]:
+    """Worlds about to move: on the CPU, and where they run. A GPU makes those that are alike."""
+    is_alike = not isinstance(controller, Sequence)
+    loop = Loop(scenario, controller, seeds, physics, threads, is_blank=is_alike)
+    running = placed(loop, device)
+    if is_alike:
+        running.reset(seeds)
+    return loop, running
 
 
 def kind_of_episode(episode: object) -> EpisodeKind:

@@ -16,11 +16,15 @@ from baselines.evaluation.experiment_config import (
 )
 from baselines.evaluation.runner import Plan
 from baselines.evaluation.trajectories import Trajectories, kind_of
+from swarm_forage_env.device_loop import placed
+from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
+from swarm_forage_env.worlds_on_cpu import Device
 
 
 @dataclass(frozen=True)
@@ -34,13 +38,19 @@ class EvaluateOptions:
     settings: Sequence[str] = ()  # numbers of the scenario to change: `radio.max_range=0.2`
     physics: str | None = None  # None: the one that its scenario goes with
 
-    def plan(self, out: Path | str | None, trajectories: bool = False) -> Plan:
+    def plan(
+        self, out: Path | str | None, trajectories: bool = False, device: Device = "cpu"
+    ) -> Plan:
         """Plan the episodes: those found in a folder or at an address, and those to run.
 
         UnknownNameError for an unknown name, ConfigError for anything else.
         """
         configurations, seeds = self.configurations(), self.seeds()
         scenario = configurations[0].scenario
+        if trajectories and device != "cpu":
+            raise ConfigError(f"--trajectories: are recorded on a CPU; leave out --device={device}")
+        for each in configurations:
+            check_runs_on(each, device)
         if trajectories and "://" in str(out):
             raise ConfigError(f"--trajectories: need a folder of this machine as --out, not {out}")
         if trajectories:
@@ -108,6 +118,25 @@ def check_physics(name: str) -> None:
     """Raise ConfigError unless there is an engine of that name."""
     with of_option("--physics: "):
         _ = ENGINES[name]
+
+
+def check_runs_on(configuration: ExperimentConfig, device: Device) -> None:
+    """Raise ConfigError unless episodes of a configuration run on a device."""
+    scenario, controller = configuration.scenario, configuration.controller
+    with of_option("--"):
+        check_device(device, configuration.physics)
+        placed(Loop(scenario, controller, (0,), configuration.physics, is_blank=True), device)
+
+
+def check_device(device: Device, physics: str) -> None:
+    """Raise ConfigError unless there is such a device, on which the engine runs."""
+    if device == "cuda" and physics != "kinematic":
+        raise ConfigError(
+            f"device=cuda: the engine {physics} runs on a CPU only, as it asks a library; add"
+            " --physics=kinematic"
+        )
+    if device == "cuda":
+        usable_gpu()
 
 
 def check_count(option: str, value: int) -> None:

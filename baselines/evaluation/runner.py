@@ -6,7 +6,7 @@ Neither how episodes are cut into blocks nor the number of threads ever changes 
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
@@ -16,20 +16,22 @@ from typing import Any
 
 import numpy as np
 
-from baselines.evaluation.backends import Backend, JoblibBackend
+from baselines.evaluation.backends import Backend, JoblibBackend, JobT
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import AnyEpisode, run_episodes
+from baselines.evaluation.episode import AnyEpisode, compile_episodes, run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
 from swarm_forage_env.compiler import compiling_told
-from swarm_forage_env.loop import Loop
+from swarm_forage_env.worlds_on_cpu import Device
 
 MAX_ROWS = 300
 """Robots in a block for each thread, about: more rows hardly share Python's cost per tick any
 further."""
 
-WARM_UP_TICKS = 50  # long enough for bodies to touch, which the engine `rigid` has a kernel for
+ROWS_ON_GPU = 100_000
+"""Robots in a block on a GPU: so many threads that it is never idle; they take about 250 MB."""
+
 ROUNDS = 2  # blocks for each worker, at least, so that all have work until near the end
 WRITERS = 16  # files that this process writes at a time
 
@@ -63,13 +65,14 @@ class Plan:
         self.dataset = dataset
         self.trajectories = trajectories
         self.episodes: dict[tuple[str, int], AnyEpisode] = {}
-        self.renamed: dict[str, list[AnyEpisode]] = {}
-        """Episodes whose controller had another name, by configuration."""
+        self.renamed: dict[str, set[int]] = {}
+        """Seeds of episodes whose controller had another name, by configuration."""
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
+            found = dataset.find_all(configuration, seeds)
             for seed in seeds:
-                episode = dataset.find(configuration, seed)
+                episode = found.get(seed)
                 if episode is None or (
                     trajectories and not trajectories.holds(configuration, seed)
                 ):
@@ -77,19 +80,21 @@ class Plan:
                 else:
                     self.episodes[key, seed] = episode
                     if episode.controller != configuration.label:
-                        self.renamed.setdefault(key, []).append(episode)
+                        self.renamed.setdefault(key, set()).add(seed)
 
     @property
     def n_todo(self) -> int:
         """Number of episodes still to run."""
         return sum(map(len, self.todo.values()))
 
-    def blocks(self, workers: int, threads: int = 1) -> list[EpisodeBlock]:
+    def blocks(self, backend: Backend) -> list[EpisodeBlock]:
         """The episodes still to run, cut into blocks of nearly equal size."""
-        share = -(-self.n_todo // (ROUNDS * workers))
+        rounds = ROUNDS * backend.workers if backend.device == "cpu" else 1
+        share = -(-self.n_todo // rounds)
         blocks: list[EpisodeBlock] = []
         for key, todo in self.todo.items():
-            size = min(share, threads * worlds_in_a_block(self._named[key]))
+            room = worlds_in_a_block(self._named[key], backend.device)
+            size = min(share, backend.threads * room)
             for seeds in np.array_split(np.asarray(todo, np.uint64), -(-len(todo) // size)):
                 blocks.append((self._named[key], tuple(seeds.tolist())))
         return blocks
@@ -98,22 +103,28 @@ class Plan:
         """Run the missing episodes; yield the number of episodes of each block once it is written.
 
         Episodes whose controller had another name are written again, as figures show the name.
-        `tell` receives what is compiled.
+        Those of a block on a GPU are written together. `tell` receives what is compiled.
         """
         for key, renamed in self.renamed.items():
-            self.keep(key, renamed)
-        compile_all([self._named[key] for key in self.todo], tell)
-        blocks = self.blocks(backend.workers, backend.threads)
-        worker_keeps = backend.shares_files and self.dataset.shares_files
+            own = self._named[key]
+            files = self.dataset.files(own).items()
+            for_seeds = [file for seeds, file in files if not renamed.isdisjoint(seeds)]
+            _many_at_a_time(partial(self.dataset.relabel, own), for_seeds)
+        compile_all([self._named[key] for key in self.todo], tell, backend.device)
+        blocks = self.blocks(backend)
+        is_together = backend.device == "cuda"
+        worker_keeps = backend.shares_files and self.dataset.shares_files and not is_together
         run = partial(
             _run_block,
-            threads=backend.threads,
+            backend=backend,
             is_recorded=self.trajectories is not None,
             stores=(self.dataset, self.trajectories) if worker_keeps else None,
         )
         with closing(backend.run(run, blocks)) as finished:
             for key, episodes, contents in finished:
-                if not worker_keeps:
+                if is_together:
+                    self.dataset.keep_together(self._named[key], episodes)
+                elif not worker_keeps:
                     self.keep(key, episodes, contents)
                 for episode in episodes:
                     self.episodes[key, episode.seed] = episode
@@ -127,8 +138,7 @@ class Plan:
         `contents` are the files of their trajectories, by seed.
         """
         stores, own = (self.dataset, self.trajectories), self._named[key]
-        with ThreadPoolExecutor(WRITERS) as pool:
-            list(pool.map(lambda episode: _keep(stores, own, [episode], contents), episodes))
+        _many_at_a_time(lambda episode: _keep(stores, own, [episode], contents), episodes)
 
     def results(self) -> list[Any]:
         """All episodes, by controller, then seed, under the controllers' names as given."""
@@ -142,10 +152,10 @@ class Plan:
         ]
 
 
-def worlds_in_a_block(configuration: ExperimentConfig) -> int:
-    """Number of worlds of this configuration that a thread of a block has room for."""
+def worlds_in_a_block(configuration: ExperimentConfig, device: Device = "cpu") -> int:
+    """Number of worlds of this configuration that a thread of a block, or a GPU, has room for."""
     n_robots: int = configuration.scenario.task.n_robots
-    return max(1, MAX_ROWS // n_robots)
+    return max(1, (MAX_ROWS if device == "cpu" else ROWS_ON_GPU) // n_robots)
 
 
 def evaluate(
@@ -162,7 +172,11 @@ def evaluate(
     return plan.results()
 
 
-def compile_all(configurations: Sequence[ExperimentConfig], tell: Callable[[str], None]) -> None:
+def compile_all(
+    configurations: Sequence[ExperimentConfig],
+    tell: Callable[[str], None],
+    device: Device = "cpu",
+) -> None:
     """Compile what each configuration needs; `tell` receives configuration and function."""
     for number, configuration in enumerate(configurations, 1):
         which = f"compiling {number} of {len(configurations)}, {configuration.label}"
@@ -171,27 +185,23 @@ def compile_all(configurations: Sequence[ExperimentConfig], tell: Callable[[str]
             tell(f"{which}: {function}")
 
         with compiling_told(tell_which):
-            warm_up(configuration)
+            warm_up(configuration, device)
     tell("")
 
 
-def warm_up(configuration: ExperimentConfig) -> None:
+def warm_up(configuration: ExperimentConfig, device: Device = "cpu") -> None:
     """Compile every kernel of a configuration, so that workers find them cached."""
-    scenario, controller = configuration.scenario, configuration.controller
-    loop = Loop(scenario, controller, (0,), configuration.physics)
-    meter = loop.task.episode.meter(loop)
-    for tick in range(1, min(WARM_UP_TICKS, scenario.n_ticks) + 1):
-        loop.step()
-        meter.sample(tick)
+    what = configuration.scenario, configuration.controller, configuration.physics
+    compile_episodes(*what, device)
 
 
 def _run_block(
-    block: EpisodeBlock, threads: int, is_recorded: bool, stores: Stores | None
+    block: EpisodeBlock, backend: Backend, is_recorded: bool, stores: Stores | None
 ) -> Ended:
     config, seeds = block
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
     what = config.scenario, config.controller, seeds, config.physics
-    episodes = run_episodes(*what, threads, recorder)
+    episodes = run_episodes(*what, backend.threads, recorder, backend.device)
     contents = recorder.contents() if recorder else {}
     if stores is None:
         return config.key, episodes, contents
@@ -213,6 +223,11 @@ def _keep(
     dataset.keep(configuration, episodes)
 
 
+def _many_at_a_time(function: Callable[[JobT], None], jobs: Iterable[JobT]) -> None:
+    with ThreadPoolExecutor(WRITERS) as pool:
+        list(pool.map(function, jobs))
+
+
 NAMED = 20  # files that a message names, at most
 
 
@@ -232,13 +247,16 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
 
 def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
+    total = len(plan.configurations) * len(plan.seeds)
     for dataset in filter(None, (plan.dataset, plan.trajectories)):
-        wanted = [dataset.place(each, s) for each in plan.configurations for s in plan.seeds]
-        if missing := dataset.missing(wanted):
+        missing = [
+            file for each in plan.configurations for file in dataset.missing(each, plan.seeds)
+        ]
+        if missing:
             names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
             more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
             raise OSError(
-                f"{dataset.name}: {len(missing)} of {len(wanted)} episodes are not there any more:"
+                f"{dataset.name}: {len(missing)} of {total} episodes are not there any more:"
                 f" {names}{more}; the results above count them, and the same command runs them"
                 " again where it needs them"
             )

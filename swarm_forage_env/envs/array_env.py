@@ -9,14 +9,14 @@ from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Int64
 from swarm_forage_env.controllers import Controllers
-from swarm_forage_env.device_loop import DeviceLoop
+from swarm_forage_env.device_loop import DeviceLoop, placed
 from swarm_forage_env.envs.actions import Actions, as_array
 from swarm_forage_env.envs.config import EnvConfig, chosen_robots, n_steps
 from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
-from swarm_forage_env.envs.keywords import Device, EnvOptions
+from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.make import EnvParts, checked_parts, made_with, name_and_changes, put_on
 from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, added, normalised
@@ -31,7 +31,8 @@ from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import BEGINS, STANDS
-from swarm_forage_env.worlds_on_cpu import Memory, PlacedArray
+from swarm_forage_env.worlds_on_cpu import Device, Memory, PlacedArray
+from swarm_forage_env.worlds_on_cpu import checked_device as checked_device
 
 Infos = dict[str, Any]
 """Numbers that are no observation, by name: arrays of shape (worlds, learners) or (worlds,)."""
@@ -55,14 +56,6 @@ class Transition(NamedTuple):
     """Whose next action counts; None where all do."""
     room: tuple[PlacedArray, ...] | None
     """What holds the arrays of a GPU, to be written anew."""
-
-
-def checked_device(device: str) -> Device:
-    """The device; ConfigError for one on which worlds cannot run."""
-    match device:
-        case "cpu" | "cuda":
-            return device
-    raise ConfigError(f"device={device!r}: must be 'cpu' or 'cuda'")
 
 
 class ArrayEnv:
@@ -145,7 +138,7 @@ class ArrayEnv:
         copied = slice(None if device == "cpu" else 1)  # a GPU is given the first world
         action = self.world.robots["action"][copied]
         PolicyForm([parts.scenario], parts.config).hand_over(action, own)
-        self._on: Worlds = self.loop if device == "cpu" else DeviceLoop(self.loop)
+        self._on: Worlds = placed(self.loop, device)
         self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
         self._prepare(parts)
 

@@ -27,7 +27,6 @@ Observed = (
 )
 Physics = Literal["rigid", "kinematic"] | OwnName
 Reward = Literal["own", "team"] | Callable[..., object]
-Device = Literal["cpu", "cuda"]
 RenderMode = Literal["human", "rgb_array", "ansi"]
 
 

@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float64, Int64
+from swarm_forage_env.arrays import Array, Bool, Int32
 from swarm_forage_env.episode import EpisodeHeader, EpisodeKind, MeasuredLoop
 from swarm_forage_env.foraging import metrics
-from swarm_forage_env.raw_control import has_estimators
 
 SAMPLE_EVERY = 1.0
 """Time between two samples of the localisation error [s]."""
@@ -55,36 +55,39 @@ class ForagingEpisode(EpisodeHeader):
 class LocalisationErrorMeter:
     """The localisation error of each world, summed over chosen robots, known areas and samples."""
 
-    def __init__(self, is_meant: Bool[Array, "worlds robots"]) -> None:
-        self._is_meant = is_meant
-        self._sum: Float64[Array, " worlds"] = np.zeros(len(is_meant))
-        self._count: Int64[Array, " worlds"] = np.zeros(len(is_meant), np.int64)
+    def __init__(self, loop: MeasuredLoop, is_meant: Bool[Array, "worlds robots"]) -> None:
+        self._loop, n_worlds = loop, len(is_meant)
+        sums = np.zeros(n_worlds), np.zeros(n_worlds, np.int64)
+        self._is_meant, *self._sums = map(loop.memory.to_device, (is_meant, *sums))
+        self._add = loop.kernel(metrics.add_errors, {})
 
-    def sample(self, loop: MeasuredLoop) -> None:
+    def sample(self) -> None:
         """Compare what is believed now with what is true."""
-        world, minds = loop.world, loop.controller.minds
-        if has_estimators(minds):
-            situations = minds["estimator"]["situation"]
-            metrics.add_errors(
-                world.robots, situations, world.worlds, self._is_meant, self._sum, self._count
-            )
+        at, estimators = self._loop.arrays, self._loop.estimators
+        if estimators is not None:
+            self._add(at["robots"], estimators, at["worlds"], self._is_meant, *self._sums)
 
-    def mean(self, world: int) -> float | None:
-        """Mean error of one world [m]; None if nothing was known at any sample."""
-        return float(self._sum[world] / self._count[world]) if self._count[world] else None
+    def means(self) -> list[float | None]:
+        """Mean error of each world [m]; None if nothing was known at any sample."""
+        sums, counts = (self._loop.memory.read(each).tolist() for each in self._sums)
+        return [each / n if n else None for each, n in zip(sums, counts, strict=True)]
 
 
 class ForagingMeter:
     """All metrics of a block of worlds, which are about to start."""
 
     def __init__(self, loop: MeasuredLoop) -> None:
-        self._loop = loop
-        robots, scenario = loop.world.robots, loop.world.scenario
-        self._error = LocalisationErrorMeter(np.ones(robots.shape, np.bool_))
-        self._is_sound: Bool[Array, "worlds robots"] = metrics.is_sound(loop.world.faults["kinds"])
-        self._sound_error = LocalisationErrorMeter(self._is_sound)
-        self._has_faults: Bool[Array, " worlds"] = loop.world.worlds["has_faults"] != 0
-        self._on_path: list[Float64[Array, " worlds"]] = []
+        self._loop, scenario, shape = loop, loop.world.scenario, loop.world.robots.shape
+        self._errors = [LocalisationErrorMeter(loop, np.ones(shape, np.bool_))]
+        self._faulty = np.flatnonzero(loop.world.worlds["has_faults"]).tolist()
+        """Worlds with faults."""
+        if self._faulty:
+            faults = loop.download().world.faults
+            self._is_sound: Bool[Array, "worlds robots"] = metrics.is_sound(faults["kinds"])
+            self._errors.append(LocalisationErrorMeter(loop, self._is_sound))
+        self._count_on_path = loop.kernel(metrics.count_on_path, {})
+        room: Int32[Array, "worlds moments"] = np.zeros((shape[0], SERIES_LENGTH), np.int32)
+        self._on_path, self._n_shares = loop.memory.to_device(room), 0
         self._n_ticks: int = scenario.n_ticks
         self._period: int = max(1, round(SAMPLE_EVERY / scenario.tick))
 
@@ -100,48 +103,52 @@ class ForagingMeter:
     def sample(self, tick: int) -> None:
         """Measure what is over with this tick; a short episode has a share on the path a tick."""
         if tick % self._period == 0:
-            self._error.sample(self._loop)
-            if self._has_faults.any():
-                self._sound_error.sample(self._loop)
+            for each in self._errors:
+                each.sample()
         if self._hundredths(tick) > self._hundredths(tick - 1):
-            world = self._loop.world
-            self._on_path.append(metrics.knows_both_areas_now(world.state.known, world.n_worlds))
+            self._count_on_path(self._loop.arrays["robots"], self._n_shares, self._on_path)
+            self._n_shares += 1
 
     def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
-        world, tick = self._loop.world, self._loop.world.scenario.tick
-        first_visit, n = world.robots["first_visit"], world.n_worlds
-        recruited = metrics.recruitment_time(world.state.first_visit, n, tick)
-        messages = metrics.total(world.state.messages, n)
-        return [
-            {
-                **_counts(world.robots[w], self._n_ticks),
-                "recruitment_time_s": float(recruited[w]) if math.isfinite(recruited[w]) else None,
-                "messages": int(messages[w]),
-                "localisation_error_m": self._error.mean(w),
-                "on_path_over_time": tuple(float(shares[w]) for shares in self._on_path),
-                "recruited_at_s": tuple(metrics.recruited_at(first_visit[w], tick).tolist()),
-                **(self._results_of_sound(w) if self._has_faults[w] else {}),
-            }
-            for w in range(n)
+        world, tick = self._loop.download().world, self._loop.world.scenario.tick
+        n = world.n_worlds
+        recruited = metrics.recruitment_time(world.state.first_visit, n, tick).tolist()
+        on_path = self._loop.memory.read(self._on_path)[:, : self._n_shares] / world.n_robots
+        errors = [each.means() for each in self._errors]
+        columns = {
+            **_counts(world.robots, self._n_ticks),
+            "recruitment_time_s": [each if math.isfinite(each) else None for each in recruited],
+            "messages": metrics.total(world.state.messages, n).tolist(),
+            "localisation_error_m": errors[0],
+            "on_path_over_time": map(tuple, on_path.tolist()),
+            "recruited_at_s": metrics.recruited_at(world.robots["first_visit"], tick),
+        }
+        results = [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
         ]
+        for w in self._faulty:
+            results[w] |= self._of_sound(world.robots[w], self._is_sound[w], errors[-1][w])
+        return results
 
-    def _results_of_sound(self, w: int) -> dict[str, object]:
-        world = self._loop.world
-        sound, n_ticks = world.robots[w][self._is_sound[w]], world.scenarios[w].n_ticks
-        counts = {f"{name}_sound": each for name, each in _counts(sound, n_ticks).items()}
-        error = self._sound_error.mean(w)
-        return {"sound_robots": len(sound), **counts, "localisation_error_sound_m": error}
+    def _of_sound(
+        self, robots: Array, is_sound: Bool[Array, " robots"], error: float | None
+    ) -> dict[str, object]:
+        sound = robots[None, is_sound]
+        counts = {f"{name}_sound": each for name, (each,) in _counts(sound, self._n_ticks).items()}
+        return {"sound_robots": sound.size, **counts, "localisation_error_sound_m": error}
 
 
-def _counts(robots: Array, n_ticks: int) -> dict[str, object]:
-    on_path = None
-    if len(robots):
-        on_path = float(metrics.knows_both_areas_share(robots["path_ticks"], 1, n_ticks)[0])
+def _counts(robots: Array, n_ticks: int) -> dict[str, list[Any]]:
+    """What robots came to, a number for each world; None where there are none."""
+    n_worlds, path_ticks = len(robots), robots["path_ticks"].reshape(-1)
+    shares: list[Any] = [None] * n_worlds
+    if robots.size:
+        shares = metrics.knows_both_areas_share(path_ticks, n_worlds, n_ticks).tolist()
     return {
-        "round_trips": int(robots["round_trips"].sum()),
-        "on_path_share": on_path,
-        "lost_events": int(robots["lost_events"].sum()),
+        "round_trips": robots["round_trips"].sum(axis=1).tolist(),
+        "on_path_share": shares,
+        "lost_events": robots["lost_events"].sum(axis=1).tolist(),
     }
 
 

@@ -7,10 +7,16 @@ localisation error, which is sampled often, takes records.
 import numpy as np
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float64, Int8, Int32, Int64
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 from swarm_forage_env.foraging.scoring import distance_to_kind
+from swarm_forage_env.interface import Kernel
+
+lane: Kernel
+first_world: Kernel
+end_world: Kernel
+"""Free names of the templates: lanes."""
 
 
 def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:
@@ -61,13 +67,16 @@ def knows_both_areas_now(
 
 
 def recruited_at(
-    first_visit: Int64[Array, "robots areas"], tick: float
-) -> Float64[Array, " recruited"]:
-    """When the robots of one world had visited both areas [s], earliest first.
+    first_visit: Int64[Array, "worlds robots areas"], tick: float
+) -> list[tuple[float, ...]]:
+    """When the robots of each world had visited both areas [s], earliest first.
 
     Robots that have not visited both are left out.
     """
-    return np.sort(first_visit[(first_visit >= 0).all(axis=1)].max(axis=1)) * tick
+    is_recruited = (first_visit >= 0).all(axis=2)
+    last = np.where(is_recruited, first_visit.max(axis=2), np.iinfo(np.int64).max)
+    times, n = (np.sort(last) * tick).tolist(), is_recruited.sum(axis=1).tolist()
+    return [tuple(own[:k]) for own, k in zip(times, n, strict=True)]
 
 
 def nearest_areas(
@@ -99,23 +108,38 @@ def localisation_error(
     return distance_to_kind(robot.pose[0] + dx, robot.pose[1] + dy, area, world)
 
 
-@entry_point
-def add_errors(
+def add_errors(  # noqa: PLR0913 what is read, and what is written
     robots: Array,
-    situations: Array,
+    estimators: Array,
     worlds: Array,
     is_meant: Bool[Array, "worlds robots"],
     out_sum: Float64[Array, " worlds"],
     out_count: Int64[Array, " worlds"],
+    which: tuple[int, int],
 ) -> None:
-    """Add to the sums of the worlds the localisation error of each area that a robot knows of.
+    """Add to the sums of some worlds the localisation error of each area that a robot knows of.
 
-    Only robots that are meant count.
+    Only robots that are meant count. One lane adds up a world, robot by robot, so that the sum is
+    the same everywhere. Free names: lanes.
     """
-    for w in range(is_meant.shape[0]):
-        for i in range(is_meant.shape[1]):
-            robot, situation = robots[w, i], situations[w, i]
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for i in range(is_meant.shape[1] if lane() == 0 else 0):
+            robot, situation = robots[w, i], estimators[w, i].situation
             for area in range(2):
                 if is_meant[w, i] and situation.known[area]:
                     out_sum[w] += localisation_error(robot, situation, area, worlds[w])
                     out_count[w] += 1
+
+
+def count_on_path(
+    robots: Array, at: int, out: Int32[Array, "worlds moments"], which: tuple[int, int]
+) -> None:
+    """Write how many robots of some worlds are on the path at this moment.
+
+    `knows_both_areas_now` is their share. Free names: lanes.
+    """
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for i in range(robots.shape[1] if lane() == 0 else 0):
+            robot = robots[w, i]
+            if robot.known[NEST] and robot.known[PREY]:
+                out[w, at] += 1

@@ -36,8 +36,8 @@ class WaypointMeter:
     """
 
     def __init__(self, loop: MeasuredLoop) -> None:
-        self._loop = loop
-        self._has_estimators = has_estimators(loop.controller.minds)
+        self._loop = loop.download()
+        self._has_estimators = has_estimators(self._loop.controller.minds)
         self._norms, self._errors, self._largest = np.zeros((3, loop.world.n_worlds))
 
     def next_sample(self, tick: int) -> int:

@@ -87,11 +87,11 @@ def test_json_is_all_that_goes_to_stdout(command):
 def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp_path, monkeypatch):
     run, jobs = runner._run_block, []
 
-    def delete_before_the_last(job, threads, is_recorded, stores):
+    def delete_before_the_last(job, backend, is_recorded, stores):
         jobs.append(job)
         if len(jobs) == 2:
             shutil.rmtree(stores[0].folder)
-        return run(job, threads, is_recorded, stores)
+        return run(job, backend, is_recorded, stores)
 
     monkeypatch.setattr(runner, "_run_block", delete_before_the_last)
     told = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT

@@ -19,6 +19,7 @@ def _runs_nothing(monkeypatch):
 
 
 EVALUATE = "evaluate", "es1", "nc"
+ON_GPU = "--device=cuda", "--physics=kinematic"
 
 REFUSED = [
     (("evaluate", "es4", "nc"), "named 'es4', did you mean 'es1', 'es2' or 'es3'?"),
@@ -46,6 +47,13 @@ REFUSED = [
     ((*EVALUATE, "--threads", "0"), "--threads=0: must be at least 1"),
     ((*EVALUATE, "--address", "auto"), "--address=auto: is for --backend ray"),
     ((*EVALUATE, "--backend", "dask"), "'--backend': 'dask' is not one of 'joblib', 'ray'"),
+    ((*EVALUATE, "--device", "cuda"), "--device=cuda: the engine rigid runs on a CPU only"),
+    ((*EVALUATE, *ON_GPU), "--device='cuda': needs numba-cuda; pip install"),
+    ((*EVALUATE, *ON_GPU, "--workers=2"), "--workers=2: spreads worlds over CPUs; leave it out"),
+    ((*EVALUATE, *ON_GPU, "--threads=2"), "--threads=2: spreads worlds over CPUs; leave it out"),
+    ((*EVALUATE, *ON_GPU, "--backend=ray"), "--backend=ray: spreads worlds over CPUs; leave it"),
+    ((*EVALUATE, *ON_GPU, "--trajectories"), "--trajectories: are recorded on a CPU; leave out"),
+    ((*EVALUATE, "--device", "tpu"), "'--device': 'tpu' is not one of 'cpu', 'cuda'"),
     (("evaluate", "es1", "social_odometry+sgiff"), "must be estimator+weighting+motion"),
     ((*EVALUATE, "--seed", str(2**64 - 1)), "must be a whole number from 0 to 2^64 - 1"),
     ((*EVALUATE, "--out", "taken"), "--out taken: cannot be written"),

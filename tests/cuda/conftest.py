@@ -37,6 +37,16 @@ def pytest_collection_modifyitems(config, items):
                 item.add_marker(pytest.mark.skip(reason="numba-cuda missing: `make test-cuda`"))
 
 
+@pytest.fixture(autouse=True)
+def _gpu(request):
+    """Skip what needs a GPU where there is none, and say why."""
+    if request.node.get_closest_marker("gpu"):
+        from numba import cuda
+
+        if not cuda.is_available():
+            pytest.skip("no NVIDIA GPU with its driver found")
+
+
 @pytest.fixture
 def ptx(monkeypatch):
     """The PTX of a kernel of the grid for these arguments; no GPU is asked."""

@@ -18,6 +18,7 @@ from swarm_forage_env.envs.extra_observations import (
 from swarm_forage_env.envs.whole_decision import decide_at_once
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging import metrics
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.rewards import potential
 from swarm_forage_env.foraging.task import FORAGING
@@ -162,6 +163,20 @@ def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
     text = ptx(bind_grid(decide_at_once, functions), *arguments)
     assert text.count(".entry") == 1
     assert "fma.rn" not in text
+
+
+@pytest.mark.parametrize("controller", ["ssgikf", "covariance", "learned-sceptical"])
+def test_what_measures_an_episode_compiles_for_a_gpu(ptx, controller):
+    it, sums = loop_of(controller), (np.zeros(2), np.zeros(2, np.int64))
+    robots, minds = it.world.robots, np.ascontiguousarray(it.estimators)
+    meant, counts = robots["round_trips"] == 0, np.zeros((2, 100), np.int32)
+    for template, *arguments in (
+        (metrics.add_errors, robots, minds, it.world.worlds, meant, *sums),
+        (metrics.count_on_path, robots, 7, counts),
+    ):
+        text = ptx(bind_grid(template, {}), *arguments, (0, 2))
+        assert ".entry" in text
+        assert "fma.rn" not in text
 
 
 @pytest.mark.parametrize("controller", ["nc", "policy"])

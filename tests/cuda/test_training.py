@@ -31,7 +31,9 @@ CMA = (
     START
     + """
 from training import cma_es
-from training.candidate_rollouts import CandidateRollouts, after_episode
+from swarm_forage_env.device_loop import placed
+from swarm_forage_env.loop import Loop
+from training.candidate_rollouts import CandidateRollouts, run_job
 from training.policy_file import load_policy
 
 terms = {"algorithm": "cma", "population": 4, "budget": 2, "every": 2}
@@ -42,9 +44,12 @@ rollouts = CandidateRollouts(
 n = {"motion": 60, "weighting": 50}[layer]
 networks = np.random.default_rng(0).normal(0.0, 1.0, (2, n)).astype(np.float32)
 (job,) = rollouts._jobs(found.scenarios_by_name["es1"], networks, [5, 6])
-gpu, cpu = after_episode(job), after_episode(replace(job, device="cpu"))
-np.testing.assert_array_equal(gpu.world.robots["pose"], cpu.world.robots["pose"])
-poses = gpu.world.robots["pose"]
+what = job.scenario, job.controllers, job.seeds, job.physics
+gpu, cpu = (placed(Loop(*what), device) for device in ("cuda", "cpu"))
+gpu.run(10), cpu.run(10)
+poses = gpu.download().world.robots["pose"]
+np.testing.assert_array_equal(poses, cpu.world.robots["pose"])
+np.testing.assert_array_equal(run_job(job), run_job(replace(job, device="cpu")))
 print((poses[0] != poses[2]).any(), job.seeds)
 
 said = {"cpu": [], "cuda": []}

@@ -12,8 +12,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.dataset import schema
+from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from baselines.evaluation.runner import evaluate
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.scenario import Scenario
@@ -31,6 +33,49 @@ def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episod
     assert dataset.find(configuration, 4) is None
     place = f"scenario=es1/controller=ssgikf/{configuration.key}-seed00000003.parquet"
     assert file == dataset.folder / place, "where readers of Hive partitions look"
+
+
+@pytest.fixture
+def together(dataset, configuration, episode):
+    """Episodes that were kept together."""
+    episodes = [replace(episode, seed=seed, round_trips=seed) for seed in (9, 3, 4, 5)]
+    dataset.keep_together(configuration, episodes)
+    return {each.seed: each for each in episodes}
+
+
+def test_episodes_whose_seeds_follow_each_other_are_a_file_and_found(
+    dataset, configuration, together
+):
+    names = {file.name for file in dataset.folder.rglob("*.parquet")}
+    ends = "seed00000003-00000005.parquet", "seed00000009.parquet"
+    assert names == {f"{configuration.key}-{end}" for end in ends}
+    assert dataset.find_all(configuration, [9, 2, 5]) == {seed: together[seed] for seed in (9, 5)}
+    missing = dataset.missing(configuration, range(2, 7))
+    assert missing == [dataset.place(configuration, seed) for seed in (2, 6)]
+    assert sorted(pq.read_table(dataset.folder)["seed"].to_pylist()) == [3, 4, 5, 9]
+    (group,) = read_groups([str(dataset.folder)])
+    assert group.episodes == tuple(together[seed] for seed in (3, 4, 5, 9))
+
+
+@pytest.mark.parametrize("change", [[4, 3, 5], [3, 3, 5], [3, 4], [3, 4, 6]])
+def test_a_file_of_several_with_other_seeds_than_its_name_says_is_set_aside(
+    dataset, configuration, together, change
+):
+    file = dataset.place(configuration, 3, 5)
+    rows = pq.ParquetFile(file).read().to_pylist()
+    file.write_bytes(written(table_of(*(rows[0] | {"seed": seed} for seed in change))))
+    assert dataset.find_all(configuration, range(10)) == {9: together[9]}
+    assert not file.exists()
+
+
+def test_a_file_of_several_is_named_as_the_controller_is_asked_for_now(dataset, configure, episode):
+    episodes = [replace(episode, seed=seed, controller="ssgiff") for seed in range(3)]
+    dataset.keep_together(configure("ssgiff"), episodes)
+    asked = configure("ssgiff:beta=0.01")
+    found = evaluate([asked], range(1, 3), dataset)
+    assert found == [replace(each, controller="ssgiff:beta=0.01") for each in episodes[1:]]
+    (group,) = read_groups([str(dataset.folder)])
+    assert (group.label(), len(group.episodes)) == ("ssgiff:beta=0.01", 3)
 
 
 def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):

@@ -60,6 +60,17 @@ def test_an_episode_in_two_datasets_counts_once(kept, new_dataset, configure, ep
     assert [each.seed for each in groups[0].episodes] == [0, 1, 2, 3]
 
 
+def test_a_file_of_two_configurations_is_refused(dataset, configure, episode):
+    dataset.keep_together(configure("nc"), [replace(episode, seed=seed) for seed in (0, 1)])
+    (file,) = dataset.folder.rglob("*.parquet")
+    one, other = pq.ParquetFile(file).read().to_pylist()
+    schema = pq.ParquetFile(file).schema_arrow
+    rows = [one, other | {"configuration": "0" * 16}]
+    pq.write_table(pa.Table.from_pylist(rows, schema), file)
+    with pytest.raises(ConfigError, match="another version"):
+        read_groups([str(dataset.folder)])
+
+
 def names_of(dataset):
     return [group.label() for group in read_groups([str(dataset.folder)])]
 

@@ -91,7 +91,7 @@ def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
 ):
     room = {"arena_length": 9.0, "arena_width": 9.0, "task_start_radius": 1.8}
     configuration = configure(task_n_robots=robots, task_area_distance=5.0, **room)
-    blocks = Plan([configuration], range(episodes), dataset).blocks(workers)
+    blocks = Plan([configuration], range(episodes), dataset).blocks(JoblibBackend(workers))
     assert sorted(seed for _, seeds in blocks for seed in seeds) == list(range(episodes))
     assert len(blocks) >= min(workers, episodes)
     sizes = {len(seeds) for _, seeds in blocks}
@@ -100,7 +100,7 @@ def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
 
 
 def test_what_is_compiled_is_told_for_which_controller(configure, dataset, monkeypatch):
-    def compile_something(configuration):
+    def compile_something(configuration, device):
         for tell in compiler._listeners:
             tell("tick")
 

@@ -50,20 +50,19 @@ def test_the_share_on_the_path_now_is_that_of_the_robots_who_know_both_areas():
 
 
 def test_recruits_are_told_in_the_order_in_which_they_had_visited_both_areas():
-    first_visit = np.array([[10, 40], [30, -1], [5, 6]], np.int64)
-    np.testing.assert_allclose(recruited_at(first_visit, 0.1), [0.6, 4.0])
+    first_visit = np.array([[[10, 40], [30, -1], [5, 6]], [[-1, -1]] * 3], np.int64)
+    assert recruited_at(first_visit, 0.5) == [(3.0, 20.0), ()]
 
 
 def test_the_localisation_error_is_that_of_the_robots_that_are_meant_about_what_they_know(running):
     loop = running("two-nests", [0, 1], "kinematic", "ssgikf")
     is_meant = np.random.default_rng(5).random(loop.world.robots.shape) < 0.7
-    meter, errors, known = LocalisationErrorMeter(is_meant), np.zeros(2), np.zeros(2)
+    meter, errors, known = LocalisationErrorMeter(loop, is_meant), np.zeros(2), np.zeros(2)
     for _ in range(1500):
         loop.step()
-        meter.sample(loop)
+        meter.sample()
         mask = is_meant.reshape(-1, 1)
         errors += (localisation_error(loop) * mask).reshape(2, -1).sum(axis=1)
         known += ((loop.situation.known > 0.0) & mask).reshape(2, -1).sum(axis=1)
     assert (known > 1000).all()
-    means = [meter.mean(w) for w in range(2)]
-    np.testing.assert_allclose(means, errors / known, rtol=1e-12)
+    np.testing.assert_allclose(meter.means(), errors / known, rtol=1e-12)
