@@ -104,8 +104,13 @@ class RecurrentActorCritic(ActorCritic):
                 nn.init.zeros_(parameter)
 
     def states(self, observed: Tensor, states: Tensor, ends: Tensor) -> Tensor:
-        """As of an `ActorCritic`: one call of the unit from one end to the next."""
+        """As of an `ActorCritic`: one call of the unit from one end to the next.
+
+        A GPU, which would have to be waited for to know the ends, makes decision by decision.
+        """
         encoded = torch.tanh(self.encoder(observed))
+        if encoded.is_cuda:
+            return self.each_state(encoded, states, ends)
         starts = 1 + ends[:-1].any(1).nonzero().flatten()
         parts = []
         for first, last in pairwise([0, *starts.tolist(), len(ends)]):
@@ -113,6 +118,15 @@ class RecurrentActorCritic(ActorCritic):
             states = after[0] * (1.0 - ends[last - 1])[:, None]
             parts.append(part)
         return torch.cat(parts)
+
+    def each_state(self, encoded: Tensor, states: Tensor, ends: Tensor) -> Tensor:
+        """The states after each decision, of which no number is asked for on the way."""
+        gru, after = self.gru, []
+        weights = gru.weight_ih_l0, gru.weight_hh_l0, gru.bias_ih_l0, gru.bias_hh_l0
+        for given, going_on in zip(encoded, 1.0 - ends, strict=True):
+            after.append(torch.gru_cell(given, states, *weights))
+            states = after[-1] * going_on[:, None]
+        return torch.stack(after)
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
         """Copy memory and actor to NumPy arrays, as a policy file holds them."""

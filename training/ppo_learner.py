@@ -22,7 +22,7 @@ from torch import Tensor
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
-from training.actor_critic import ActorCritic, ActorCritics, log_probs_of
+from training.actor_critic import ActorCritic, ActorCritics, RecurrentActorCritic, log_probs_of
 from training.clipped_adam import ClippedAdam
 from training.cuda_graphs import Graphed, Repeated, Work, in_tf32
 from training.tensor_vec_env import Step, TensorVecEnv
@@ -171,7 +171,7 @@ class PPOLearner:
         self._adam = ClippedAdam(self._networks, len(policies), hyperparameters.learning_rate)
         self._learn: Work = self._epoch
         self._repeated: Repeated | None = None
-        if device.type == "cuda" and is_dense:
+        if device.type == "cuda" and type(self.policy) in (ActorCritic, RecurrentActorCritic):
             self._learn = Graphed(self._epoch, self._adam.changed)
             self._repeated = Repeated(self._decide, env.count) if env.is_one_launch else None
         self.diagnostics: dict[str, float] = {}
@@ -276,7 +276,7 @@ class PPOLearner:
         clamped = torch.clamp(actions, self._low, self._high)
         step = env.launch(clamped) if self._repeated else env.step(clamped)
         if self.policy.n_state:
-            self._states = seen
+            self._states.copy_(seen)
         rewards = step.rewards + self._what_follows(step)
         rows = actions, log_probs.flatten(), values.flatten(), rewards, step.ended.float()
         places = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends

@@ -181,6 +181,16 @@ def remembering(terms=TERMS, **changes):
     return learner_of(terms, RecurrentActorCritic(*sizes, hidden=(8, 8)), **changes)
 
 
+def test_states_decision_by_decision_are_those_of_one_call():
+    torch.manual_seed(0)
+    network = RecurrentActorCritic(5, 2, hidden=(8, 8))
+    seen, before = torch.randn(7, 3, 5), torch.randn(3, 8)
+    ends = torch.zeros(7, 3)
+    ends[2, 1] = ends[5, 0] = ends[6, 2] = 1.0
+    each = network.each_state(torch.tanh(network.encoder(seen)), before, ends)
+    torch.testing.assert_close(each, network.states(seen, before, ends))
+
+
 def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began():
     learner = remembering(learn="everything")
     learner.env.seed(0)
