@@ -126,7 +126,7 @@ def compare(options: Options, policy: ActorCritic, **more: Any) -> dict[str, flo
         "random": policy_controller(wander, **KEYWORDS),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": policy_controller(acting(policy.actor), **KEYWORDS),
-        "the same, stochastic": policy_controller(acting(lambda seen: policy(seen)[0]), **KEYWORDS),
+        "the same, stochastic": policy_controller(acting(policy), **KEYWORDS),
     }
     found = {}
     for name, controller in controllers.items():

@@ -1,4 +1,4 @@
-"""The networks of PPO: dense layers, and dense layers over a memory of each robot.
+"""The networks of PPO: dense layers, alone or of many policies, and dense layers over a memory.
 
 The memory is a gated recurrent unit, whose state h is zeros when an episode starts:
 
@@ -14,18 +14,21 @@ Source: Cho2014, Learning Phrase Representations using RNN Encoder-Decoder; the 
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import cast
 
 import torch
 from torch import Tensor, nn
 
 from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.errors import ConfigError
 
 HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
 
 
 class ActorCritic(nn.Module):
     """Two networks of dense layers: a Gaussian over actions, and the value of an observation."""
+
+    n_state = 0
+    """Numbers of a row's memory."""
 
     def __init__(
         self,
@@ -36,28 +39,39 @@ class ActorCritic(nn.Module):
     ) -> None:
         """Initialise matrices orthogonally, the last ones with their own gain, as SB3."""
         super().__init__()
-        self.actor = dense([n_observed, *hidden, n_actions], gain=0.01)
-        self.critic = dense([n_observed, *hidden, 1], gain=1.0)
+        self.actor: nn.Module = Dense([n_observed, *hidden, n_actions], gain=0.01)
+        self.critic: nn.Module = Dense([n_observed, *hidden, 1], gain=1.0)
         self.log_std = nn.Parameter(torch.full((n_actions,), log_std))
 
-    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Draw actions; return them, the values and the log probability of each row."""
-        mean, deviation = self.actor(observed), self.log_std.exp()
-        actions = mean + deviation * torch.randn_like(mean)
-        return actions, self.critic(observed), log_probs_of(actions, mean, self.log_std)
+    def forward(self, observed: Tensor) -> Tensor:
+        """Draw the action of each row."""
+        mean, log_std, _ = self.outputs(observed)
+        return mean + log_std.exp() * torch.randn_like(mean)
 
-    def evaluate_actions(self, observed: Tensor, actions: Tensor) -> tuple[Tensor, Tensor, None]:
-        """Return the values and the log probabilities of actions; the entropy is left out."""
-        log_probs = log_probs_of(actions, self.actor(observed), self.log_std)
-        return self.critic(observed), log_probs, None
+    def outputs(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Mean actions, the logarithms of their deviations, and values; on any axes before rows."""
+        mean, values = (net(observed.flatten(0, -2)) for net in (self.actor, self.critic))
+        axes = observed.shape[:-1]
+        return mean.view(*axes, -1), self.log_std, values.view(axes)
 
-    def predict_values(self, observed: Tensor) -> Tensor:
-        """Return the value of each row."""
-        return cast(Tensor, self.critic(observed))
+    def next_states(self, observed: Tensor, states: Tensor) -> Tensor:
+        """What both networks see of rows: the states after an observation of each."""
+        return self.states(observed[None], states, observed.new_zeros((1, len(observed))))[0]
+
+    def states(self, observed: Tensor, states: Tensor, ends: Tensor) -> Tensor:
+        """The states after each decision, decisions by rows; without a memory the observations.
+
+        `states` are those before the first; `ends` is 1 where an episode ends with a decision.
+        """
+        return observed
+
+    def named(self, policy: int, tensors: Sequence[Tensor]) -> dict[str, Tensor]:
+        """Tensors, one for each parameter, by the names of the parameters."""
+        return dict(zip(dict(self.named_parameters()), tensors, strict=True))
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
         """Copy the actor to NumPy arrays, as a policy file holds it."""
-        dense = [each for each in self.actor if isinstance(each, nn.Linear)]
+        dense = [each for each in self.actor.children() if isinstance(each, nn.Linear)]
         arrays = {
             f"{k}.{name}": each
             for k, layer in enumerate(dense)
@@ -81,7 +95,7 @@ class RecurrentActorCritic(ActorCritic):
         n_state, *rest = hidden
         super().__init__(n_state, n_actions, rest, log_std)
         self.n_state = n_state
-        self.encoder = dense([n_observed, n_state], gain=2.0**0.5)
+        self.encoder = Dense([n_observed, n_state], gain=2.0**0.5)
         self.gru = nn.GRU(n_state, n_state)
         for name, parameter in self.gru.named_parameters():
             if name.startswith("weight"):
@@ -89,24 +103,14 @@ class RecurrentActorCritic(ActorCritic):
             else:
                 nn.init.zeros_(parameter)
 
-    def next_states(self, observed: Tensor, states: Tensor) -> Tensor:
-        """The states of rows after an observation of each."""
-        return self._run(observed[None], states, observed.new_zeros((1, len(observed))))[0]
+    def states(self, observed: Tensor, states: Tensor, ends: Tensor) -> Tensor:
+        """As of an `ActorCritic`: one call of the unit from one end to the next.
 
-    def evaluate_sequences(
-        self, observed: Tensor, actions: Tensor, states: Tensor, ends: Tensor
-    ) -> tuple[Tensor, Tensor]:
-        """The values and the log probabilities of actions, decisions by rows.
-
-        `states` are those before the first decision, `ends` is 1 where an episode ends with one.
+        A GPU, which would have to be waited for to know the ends, makes decision by decision.
         """
-        after = self._run(observed, states, ends)
-        values, log_probs, _ = self.evaluate_actions(after.flatten(0, 1), actions.flatten(0, 1))
-        return values.view(ends.shape), log_probs.view(ends.shape)
-
-    def _run(self, observed: Tensor, states: Tensor, ends: Tensor) -> Tensor:
-        """The states after each decision: one call of the unit from one end to the next."""
         encoded = torch.tanh(self.encoder(observed))
+        if encoded.is_cuda:
+            return self.each_state(encoded, states, ends)
         starts = 1 + ends[:-1].any(1).nonzero().flatten()
         parts = []
         for first, last in pairwise([0, *starts.tolist(), len(ends)]):
@@ -114,6 +118,15 @@ class RecurrentActorCritic(ActorCritic):
             states = after[0] * (1.0 - ends[last - 1])[:, None]
             parts.append(part)
         return torch.cat(parts)
+
+    def each_state(self, encoded: Tensor, states: Tensor, ends: Tensor) -> Tensor:
+        """The states after each decision, of which no number is asked for on the way."""
+        gru, after = self.gru, []
+        weights = gru.weight_ih_l0, gru.weight_hh_l0, gru.bias_ih_l0, gru.bias_hh_l0
+        for given, going_on in zip(encoded, 1.0 - ends, strict=True):
+            after.append(torch.gru_cell(given, states, *weights))
+            states = after[-1] * going_on[:, None]
+        return torch.stack(after)
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
         """Copy memory and actor to NumPy arrays, as a policy file holds them."""
@@ -125,21 +138,85 @@ class RecurrentActorCritic(ActorCritic):
         return super().to_numpy() | _copied(memory)
 
 
+class ActorCritics(nn.Module):
+    """Networks of dense layers of several policies in one tensor: a layer of all is one product.
+
+    Each network is a row of `numbers`: the weights and the biases of each layer and, of an actor,
+    the logarithms of deviations. The last layer of a critic has as many outputs as an actor's, of
+    which the first one counts. The parameters of the policies become views of the tensor.
+    """
+
+    def __init__(self, policies: Sequence[ActorCritic]) -> None:
+        """ConfigError where policies on a device are not dense layers of the same sizes."""
+        super().__init__()
+        if not self.fits(policies):
+            raise ConfigError(
+                f"{len(policies)} policies side by side: must be dense layers of the same sizes"
+            )
+        first = policies[0]
+        self._shapes = [[each.shape for each in net.parameters()] for net in _networks(first)]
+        self._sizes = [*map(math.prod, self._shapes[0]), len(first.log_std)]
+        room = first.log_std.new_zeros((2 * len(policies), sum(self._sizes)))
+        self.numbers, self._names = nn.Parameter(room), list(dict(first.named_parameters()))
+        for k, policy in enumerate(policies):
+            for name, view in self.named(k, [room]).items():
+                parameter = policy.get_parameter(name)
+                view.copy_(parameter.detach())
+                parameter.data = view
+
+    @staticmethod
+    def fits(policies: Sequence[ActorCritic]) -> bool:
+        """The policies are dense layers of the same sizes."""
+        if not all(type(each) is ActorCritic for each in policies):
+            return False
+        networks = [net for each in policies for net in _networks(each)]
+        return len({net.sizes[:-1] if isinstance(net, Dense) else net for net in networks}) == 1
+
+    def outputs(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """As of an `ActorCritic`: policies by rows by numbers."""
+        *layers, log_std = torch.split(self.numbers, self._sizes, 1)
+        flowing = observed[:, None].expand(-1, 2, -1, -1).flatten(0, 1)
+        for k in range(0, len(layers), 2):
+            flowing = torch.tanh(flowing) if k else flowing
+            weights = layers[k].view(len(flowing), -1, flowing.shape[2])
+            flowing = torch.baddbmm(layers[k + 1][:, None], flowing, weights.mT)
+        mean, values = flowing.view(-1, 2, *flowing.shape[1:]).unbind(1)
+        return mean, log_std[::2, None], values[..., 0]
+
+    def named(self, policy: int, tensors: Sequence[Tensor]) -> dict[str, Tensor]:
+        """Views of a tensor in the form of `numbers`, by the names of a policy's parameters."""
+        (numbers,) = tensors
+        rows = numbers[2 * policy : 2 * policy + 2]
+        views = [rows[0, -self._sizes[-1] :]]
+        for row, shapes in zip(rows, self._shapes, strict=True):
+            parts = zip(torch.split(row, self._sizes), shapes, strict=False)
+            views += [part[: math.prod(shape)].view(shape) for part, shape in parts]
+        return dict(zip(self._names, views, strict=True))
+
+
+def _networks(policy: ActorCritic) -> tuple[nn.Module, nn.Module]:
+    return policy.actor, policy.critic
+
+
 def log_probs_of(actions: Tensor, mean: Tensor, log_std: Tensor) -> Tensor:
     """The log probability of each row of actions under a Gaussian."""
     z = (actions - mean) * torch.exp(-log_std)
-    return -(0.5 * z**2 + log_std + HALF_LOG_2_PI).sum(1)
+    return -0.5 * (z * z).sum(-1) - (log_std + HALF_LOG_2_PI).sum(-1)
 
 
-def dense(sizes: Sequence[int], gain: float) -> nn.Sequential:
+class Dense(nn.Sequential):
     """Dense layers with a hyperbolic tangent between them."""
-    layers: list[nn.Module] = []
-    for k in range(1, len(sizes)):
-        layer = nn.Linear(sizes[k - 1], sizes[k])
-        nn.init.orthogonal_(layer.weight, gain if k == len(sizes) - 1 else 2.0**0.5)
-        nn.init.zeros_(layer.bias)
-        layers += [layer, nn.Tanh()]
-    return nn.Sequential(*layers[:-1])
+
+    def __init__(self, sizes: Sequence[int], gain: float) -> None:
+        """Orthogonal matrices; the last one is scaled by the gain."""
+        layers: list[nn.Module] = []
+        for k in range(1, len(sizes)):
+            layer = nn.Linear(sizes[k - 1], sizes[k])
+            nn.init.orthogonal_(layer.weight, gain if k == len(sizes) - 1 else 2.0**0.5)
+            nn.init.zeros_(layer.bias)
+            layers += [layer, nn.Tanh()]
+        super().__init__(*layers[:-1])
+        self.sizes = tuple(sizes)
 
 
 def _copied(parameters: Mapping[str, Tensor]) -> dict[str, Float32[Array, "..."]]:

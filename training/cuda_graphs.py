@@ -85,6 +85,20 @@ class Repeated:
 
 
 @contextmanager
+def in_tf32() -> Iterator[None]:
+    """Within it, products of matrices take the first 10 bits of a mantissa, as tensor cores do.
+
+    That holds for all of torch, so it is set for as long as a learner works, and then set back.
+    """
+    before = torch.get_float32_matmul_precision()
+    torch.set_float32_matmul_precision("high")
+    try:
+        yield
+    finally:
+        torch.set_float32_matmul_precision(before)
+
+
+@contextmanager
 def _aside(stream: torch.cuda.Stream) -> Iterator[None]:
     """In another stream, after what this one was asked to do; later work waits for it."""
     usual = torch.cuda.current_stream()

@@ -1,4 +1,9 @@
-"""PPO in tensors that stay where the worlds are: policy, rollouts and updates on one device.
+"""PPO in tensors that stay where the worlds are: policies, rollouts and updates on one device.
+
+A rollout is decisions of all rows. Then a table holds what was seen, done and gained, and an epoch
+of the update takes its rows in minibatches, in an order of its own. On a GPU a decision and an
+epoch of dense layers are a CUDA graph each; a CPU calls the same functions. Policies side by side
+learn on an equal part of the rows each.
 
 The update is that of stable-baselines3, with its defaults for what `PPOHyperparameters` does not
 name; `tests/training/test_ppo_learner.py` compares the two.
@@ -6,24 +11,21 @@ name; `tests/training/test_ppo_learner.py` compares the two.
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import cycle
 
 import numpy as np
 import torch
-from gymnasium.spaces import Box
-from torch import Tensor, nn
+from torch import Tensor
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
-from training.actor_critic import ActorCritic, RecurrentActorCritic
-from training.cuda_graphs import Graphed, Repeated, Work
+from training.actor_critic import ActorCritic, ActorCritics, RecurrentActorCritic, log_probs_of
+from training.clipped_adam import ClippedAdam
+from training.cuda_graphs import Graphed, Repeated, Work, in_tf32
 from training.tensor_vec_env import Step, TensorVecEnv
-
-if TYPE_CHECKING:
-    from stable_baselines3.common.policies import ActorCriticPolicy
 
 CLIP_RANGE = 0.2
 """Clipping of the ratio of probabilities after and before: as stable-baselines3."""
@@ -33,6 +35,8 @@ CLIP_RANGE = 0.2
 class Rollout:
     """Transitions of a rollout, decisions by rows."""
 
+    noise: Tensor
+    """Of the actions, normal: drawn before the first decision."""
     states: Tensor
     """Of the rows before the first decision: rows by numbers, none for a policy without memory."""
     observations: Tensor
@@ -57,55 +61,42 @@ def advantages(rollout: Rollout, discount: float, gae_lambda: float) -> Tensor:
 
     where v_{t+1} and A_{t+1} are 0 if an episode ends at t. Where the action at t + 1 does not
     count, lambda is 1: so the reward until the next action that counts is credited to this one,
-    and only there a value stands in for what follows.
+    and only there a value stands in for what follows. Sums over 1, 2, 4 ... decisions are made of
+    sums over half as many, for all decisions at once.
 
     Source: Schulman2016, Eq. 16; that only actions that count are steps: Sutton1999, options.
     """
-    out = torch.empty_like(rollout.rewards)
-    later = torch.zeros_like(rollout.rewards[0])
-    trace = torch.full_like(later, gae_lambda)
-    for k in reversed(range(len(out))):
-        decay = discount * (1.0 - rollout.ends[k])
-        delta = rollout.rewards[k] + decay * rollout.values[k + 1] - rollout.values[k]
-        out[k] = later = delta + decay * trace * later
-        trace = torch.where(rollout.acts[k], gae_lambda, 1.0)
-    return out
+    ends, values = rollout.ends, rollout.values
+    later = discount * (1.0 - ends)
+    gains = rollout.rewards + later * values[1:] - values[:-1]
+    decays = later[:-1] * torch.where(rollout.acts[1:], gae_lambda, 1.0)
+    span = 1
+    while span < len(gains):
+        gains = torch.cat((gains[:-span] + decays * gains[span:], gains[-span:]))
+        decays, span = decays[:-span] * decays[span:], 2 * span
+    return gains
 
 
 def clipped_loss(ratio: Tensor, gains: Tensor) -> Tensor:
-    """The clipped surrogate loss of a minibatch, whose advantages are normalised.
+    """The clipped surrogate losses of minibatches, a row each, whose advantages are normalised.
 
     Source: Schulman2017, Eq. 7.
     """
-    normal = (gains - gains.mean()) / (gains.std() + 1e-8)
+    deviation, mean = torch.std_mean(gains, 1, keepdim=True)
+    normal = (gains - mean) / (deviation + 1e-8)
     clipped = torch.clamp(ratio, 1.0 - CLIP_RANGE, 1.0 + CLIP_RANGE)
-    return -torch.min(normal * ratio, normal * clipped).mean()
+    return -torch.min(normal * ratio, normal * clipped).mean(1)
 
 
-def policy_change(log_ratio: Tensor) -> dict[str, float]:
-    """How far an update moved the policy, from log probabilities after less those before."""
-    ratio = torch.exp(log_ratio)
-    return {
-        "train/approx_kl": (ratio - 1.0 - log_ratio).mean().item(),
-        "train/clip_fraction": ((ratio - 1.0).abs() > CLIP_RANGE).float().mean().item(),
-    }
-
-
-VALUE_WEIGHT, MAX_GRADIENT_NORM = 0.5, 0.5
-"""Weight of the critic's loss, clipping of the gradient: as SB3."""
-
-ADAM_EPSILON = 1e-5
-"""Of Adam's denominator: as SB3."""
+VALUE_WEIGHT = 0.5
+"""Weight of the critic's loss: as SB3."""
 
 MAX_ROLLOUT, MIN_MINIBATCH = 2**20, 2**15
-"""Decisions of a rollout, at most about, and of a minibatch, at least, unless a rollout has less
-than its number of minibatches of them."""
+"""Decisions of a policy's rollout, at most about, and of a minibatch, at least, unless a rollout
+has less than its number of minibatches of them."""
 
 MIN_STEPS = 16
 """Decisions of each row in a rollout, at least."""
-
-MOMENTS = ("step", "exp_avg", "exp_avg_sq")
-"""Entries of Adam's state for each parameter."""
 
 
 @dataclass(frozen=True)
@@ -127,58 +118,23 @@ class PPOHyperparameters:
 
 
 Losses = tuple[Tensor, ...]
-"""Those of actor and critic in a minibatch, and the logarithms of the ratios of its actions."""
+"""Of actors, of critics, and the logarithms of ratios of probabilities after and before."""
 
 
-def _adam(weights: Iterator[nn.Parameter], rate: float) -> torch.optim.Adam:
-    """Adam, whose moments are zeros; on a GPU it can be a part of a graph."""
-    parameters = list(weights)
-    device = parameters[0].device
-    on_gpu = device.type == "cuda"
-    usable = torch.tensor(rate, device=device) if on_gpu else rate
-    adam = torch.optim.Adam(
-        parameters, usable, eps=ADAM_EPSILON, fused=on_gpu or None, capturable=on_gpu
-    )
-    for each in parameters:
-        zeros = torch.zeros((), device=device), torch.zeros_like(each), torch.zeros_like(each)
-        adam.state[each] = dict(zip(MOMENTS, zeros, strict=True))
-    return adam
-
-
-def _tensors_of(policy: nn.Module, adam: torch.optim.Adam) -> dict[str, Tensor]:
-    """What an update changes, by name: parameters, and what Adam keeps of each."""
-    named = {f"policy.{name}": each for name, each in policy.state_dict().items()}
-    for name, parameter in policy.named_parameters():
-        named |= {f"{moment}.{name}": each for moment, each in adam.state[parameter].items()}
-    return named
-
-
-def _n_acting(acts: Tensor) -> int:
-    """How many actions count; ConfigError where they are too few to compare their advantages."""
-    n = int(acts.sum())
-    if n < 2:
-        raise ConfigError(
-            f"step_on='exchange': {n} exchanges in a rollout, which is too few to learn from; take"
-            " more robots or worlds"
-        )
-    return n
-
-
-def _groups_that_act(acts: Tensor, groups: Tensor, why: str) -> Tensor:
-    """Which groups act; ConfigError where actions of a part of one count."""
-    counts = acts.flatten()[groups]
-    if (counts.any(1) != counts.all(1)).any():
-        raise ConfigError(
-            f"{why}: actions of some of these rows count and of others do not; leave"
-            " step_on='exchange' out"
-        )
-    return counts.all(1)
-
-
-def _minibatches(groups: Tensor, acts: Tensor, n: int) -> Iterator[tuple[Tensor, ...]]:
-    """Rows in n parts, each those whose actions count, and those whose do not."""
-    parts = groups[acts].tensor_split(n), groups[~acts].tensor_split(n)
-    return zip(*([each.flatten() for each in part] for part in parts), strict=True)
+def _diagnostics(losses: Losses, rewards: Tensor, log_std: Tensor) -> list[dict[str, float]]:
+    """Scalars of the last update of each policy."""
+    actor_loss, critic_loss, log_ratio = losses
+    ratio = torch.exp(log_ratio)
+    columns = {
+        "train/policy_gradient_loss": actor_loss,
+        "train/value_loss": critic_loss,
+        "train/std": torch.exp(log_std).mean(1),
+        "train/reward": rewards.mean((0, 2)),
+        "train/approx_kl": (ratio - 1.0 - log_ratio).mean(1),
+        "train/clip_fraction": ((ratio - 1.0).abs() > CLIP_RANGE).float().mean(1),
+    }
+    numbers = torch.stack([*columns.values()], 1).tolist()
+    return [dict(zip(columns, each, strict=True)) for each in numbers]
 
 
 class PPOLearner:
@@ -188,88 +144,100 @@ class PPOLearner:
     policy = ActorCritic(len(env.observation_layout), *env.action_space.shape)
     learner = PPOLearner(env, policy, PPOHyperparameters())
     learner.learn(10**7, seed=0)
+
+    Of several policies each learns on an equal part of the worlds, as it would alone.
     """
 
     def __init__(
         self,
         env: TensorVecEnv,
-        policy: "ActorCritic | ActorCriticPolicy",
+        policy: ActorCritic | Sequence[ActorCritic],
         hyperparameters: PPOHyperparameters,
     ) -> None:
-        """Move a policy to the device of the environment, to be trained there."""
-        if not isinstance(env.action_space, Box):
-            raise ConfigError("discrete: PPO in tensors gives numbers, not choices; leave it out")
-        together = hyperparameters.rows_together
-        if together < 1 or env.n_rows % together:
+        """Move policies to the device of the environment, to be trained there."""
+        self._low, self._high = env.action_bounds
+        policies = policy if isinstance(policy, Sequence) else [policy]
+        env.check_shares(len(policies), hyperparameters.rows_together)
+        self.env, self._hyperparameters, device = env, hyperparameters, env.device
+        self.policies = [each.to(device) for each in policies]
+        self.policy = self.policies[0]
+        if self.policy.n_state and hyperparameters.rows_together > 1:
             raise ConfigError(
-                f"rows_together={together}: must divide the {env.n_rows} rows"
-                " of the environment; take the number of robots of a world"
+                f"rows_together={hyperparameters.rows_together}: a network with memory takes whole"
+                " rows, one by one; leave it out"
             )
-        if isinstance(policy, RecurrentActorCritic) and together > 1:
-            raise ConfigError(
-                f"rows_together={together}: a network with memory takes whole rows, one by one;"
-                " leave it out"
-            )
-        low, high = env.action_space.low, env.action_space.high
-        self.env, self._hyperparameters = env, hyperparameters
-        self.policy = policy.to(env.device)
-        self._optimizer = _adam(self.policy.parameters(), hyperparameters.learning_rate)
-        self._tensors = _tensors_of(self.policy, self._optimizer)
-        self._learn: Work = self._learn_from
+        is_dense = len(policies) > 1 or ActorCritics.fits(policies)
+        self._networks = ActorCritics(policies) if is_dense else self.policy
+        self._adam = ClippedAdam(self._networks, len(policies), hyperparameters.learning_rate)
+        self._learn: Work = self._epoch
         self._repeated: Repeated | None = None
-        if env.device.type == "cuda" and type(self.policy) is ActorCritic:
-            self._learn = Graphed(self._learn_from, list(self._tensors.values()))
+        if device.type == "cuda" and type(self.policy) in (ActorCritic, RecurrentActorCritic):
+            self._learn = Graphed(self._epoch, self._adam.changed)
             self._repeated = Repeated(self._decide, env.count) if env.is_one_launch else None
         self.diagnostics: dict[str, float] = {}
-        """Scalars of the last update."""
-        self._low, self._high = (torch.from_numpy(each).to(env.device) for each in (low, high))
+        """Scalars of the last update, of the first policy."""
+        self.all_diagnostics: list[dict[str, float]] = []
+        """Of each policy."""
+        self._chances = [torch.Generator(device) for _ in policies]
         self._observations: Tensor | None = None
         self._rollout: Rollout | None = None
-        self._k = torch.zeros(1, dtype=torch.int64, device=env.device)
-        self._states = torch.zeros((env.n_rows, self._n_state), device=env.device)
+        self._k = torch.zeros(1, dtype=torch.int64, device=device)
+        self._states = torch.zeros((env.n_rows, self.policy.n_state), device=device)
         self._before = 0
 
     @property
-    def _n_state(self) -> int:
-        return self.policy.n_state if isinstance(self.policy, RecurrentActorCritic) else 0
-
-    @property
     def robot_steps(self) -> int:
-        """Control ticks of single robots so far."""
-        return self._before + self.env.robot_steps
+        """Control ticks of single robots so far, of each policy."""
+        return self._before + self.env.robot_steps // len(self.policies)
 
     @property
     def n_steps(self) -> int:
-        """Decisions of each row in a rollout: fewer where there are many rows."""
-        return min(self._hyperparameters.n_steps, max(MIN_STEPS, MAX_ROLLOUT // self.env.n_rows))
+        """Decisions of each row in a rollout: fewer where a policy has many rows."""
+        n_rows = self.env.n_rows // len(self.policies)
+        return min(self._hyperparameters.n_steps, max(MIN_STEPS, MAX_ROLLOUT // n_rows))
 
-    def learn(self, robot_steps: int, seed: int | None = None) -> None:
-        """Learn for at least `robot_steps`, in whole rollouts.
+    def learn(self, robot_steps: int, seed: int | Sequence[int] | None = None) -> None:
+        """Learn for at least `robot_steps` of each policy, in whole rollouts.
 
-        A seed resets all worlds, and seeds them and torch; without one the worlds go on.
+        A seed resets all worlds, and seeds them, actions and minibatches; without one the worlds go
+        on. Policies have a seed each, which count up from a single one.
         """
         if seed is not None or self._observations is None:
-            torch.manual_seed(seed or 0)
-            self.env.seed(seed or 0)
+            first, n = seed or 0, len(self.policies)
+            seeds = first if isinstance(first, Sequence) else range(first, first + n)
+            for chance, own in zip(self._chances, seeds, strict=True):
+                chance.manual_seed(own)
+            self.env.seed(*seeds)
             self._observations = self.env.reset()
             self._states.zero_()
         goal = self.robot_steps + robot_steps
-        while self.robot_steps < goal:
-            rollout, self._observations = self._roll_out(self._observations)
-            self._update(rollout)
+        with in_tf32() if self.env.device.type == "cuda" else nullcontext():
+            while self.robot_steps < goal:
+                rollout, self._observations = self._roll_out(self._observations)
+                self._update(rollout)
 
-    def state(self) -> dict[str, Array]:
-        """Parameters, Adam's moments and the number of robot-steps, by name."""
-        named = self._tensors.items()
-        arrays = {name: each.detach().cpu().numpy().copy() for name, each in named}
+    def state(self, policy: int = 0) -> dict[str, Array]:
+        """Parameters of a policy, Adam's moments and the number of robot-steps, by name."""
+        tensors = self._tensors_of(policy)
+        arrays = {name: each.numpy(force=True).copy() for name, each in tensors.items()}
         return arrays | {"robot_steps": np.array(self.robot_steps)}
 
     @torch.no_grad()
-    def restore(self, arrays: Mapping[str, Array]) -> None:
+    def restore(self, arrays: Mapping[str, Array], policy: int = 0) -> None:
         """Set what `state` returned; the next call of `learn` needs a seed to go on alike."""
-        for name, each in self._tensors.items():
+        for name, each in self._tensors_of(policy).items():
             each.copy_(torch.from_numpy(np.array(arrays[name])))
-        self._before = int(arrays["robot_steps"]) - self.env.robot_steps
+        self._before = int(arrays["robot_steps"]) - self.env.robot_steps // len(self.policies)
+
+    def _tensors_of(self, policy: int) -> dict[str, Tensor]:
+        """What an update changes of a policy: parameters, and what Adam keeps of each."""
+        named = {
+            f"{kind}.{name}": each
+            for kind, tensors in self._adam.tensors.items()
+            for name, each in self._networks.named(policy, tensors).items()
+        }
+        names = (f"step.{name}" for name, _ in self.policy.named_parameters())
+        return named | dict(zip(names, cycle(self._adam.steps)))
 
     @torch.no_grad()
     def _roll_out(self, observations: Tensor) -> tuple[Rollout, Tensor]:
@@ -279,14 +247,15 @@ class PPOLearner:
         """
         rollout = self._rollout = self._rollout or self._empty_rollout(observations)
         rollout.observations[0], rollout.states[...] = observations, self._states
+        parts = rollout.noise.tensor_split(len(self.policies), 1)
+        for part, chance in zip(parts, self._chances, strict=True):
+            part.copy_(torch.randn(part.shape, generator=chance, device=part.device))
         self._k.zero_()
-        self.policy.train(False)
         repeated = self._repeated
         with repeated.aside() if repeated else nullcontext():
             for _ in range(self.n_steps):
                 (repeated or self._decide)()
-            last = self._seen(rollout.observations[-1])
-            rollout.values[-1] = self.policy.predict_values(last).flatten()
+            rollout.values[-1] = self._values(rollout.observations[-1])
         self.env.check()
         return rollout, rollout.observations[-1]
 
@@ -298,121 +267,134 @@ class PPOLearner:
         """
         rollout, env, k = self._rollout, self.env, self._k
         assert rollout is not None
-        seen = self._seen(rollout.observations.index_select(0, k)[0])
-        actions, values, log_probs = self.policy(seen)
+        observations = rollout.observations.index_select(0, k)[0]
+        seen = self.policy.next_states(observations, self._states)
+        mean, log_std, values = self._outputs(seen)
+        drawn = mean + log_std.exp() * rollout.noise.index_select(0, k).view_as(mean)
+        actions, log_probs = drawn.flatten(0, 1), log_probs_of(drawn, mean, log_std)
         rollout.acts.index_copy_(0, k, env.acts[None])
-        take = env.launch if self._repeated else env.step
-        step = take(torch.clamp(actions, self._low, self._high))
-        if self._n_state:
-            self._states = seen
-        self._add_what_follows(step)
-        rows = actions, log_probs, values.flatten(), step.rewards, step.ended.float()
+        clamped = torch.clamp(actions, self._low, self._high)
+        step = env.launch(clamped) if self._repeated else env.step(clamped)
+        if self.policy.n_state:
+            self._states.copy_(seen)
+        rewards = step.rewards + self._what_follows(step)
+        rows = actions, log_probs.flatten(), values.flatten(), rewards, step.ended.float()
         places = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends
         for there, here in zip(places, rows, strict=True):
             there.index_copy_(0, k, here[None])
         rollout.observations.index_copy_(0, k.add_(1), step.observations[None])
 
-    def _add_what_follows(self, step: Step) -> None:
-        """Add to the rewards of rows whose episodes end the discounted values of what they see.
+    def _what_follows(self, step: Step) -> Tensor | float:
+        """The discounted values of what rows see whose episodes end; their memories end, too.
 
-        A GPU is asked for the values of all rows, as it would have to be waited for to know these.
+        A GPU is always asked for values, as it would have to be waited for to know whether any end.
         """
-        is_gpu = self.env.device.type == "cuda"
-        if is_gpu or step.ended.any():
-            rows = slice(None) if is_gpu else step.ended
-            last = self._seen(step.final_observations)[rows]
-            values = self.policy.predict_values(last).flatten() * step.ended[rows]
-            step.rewards[rows] += self._hyperparameters.discount * values
-            self._states.masked_fill_(step.ended[:, None], 0.0)
+        if self.env.device.type != "cuda" and not step.ended.any():
+            return 0.0
+        values = self._values(step.final_observations)
+        self._states.masked_fill_(step.ended[:, None], 0.0)
+        return self._hyperparameters.discount * values * step.ended
 
-    def _seen(self, observations: Tensor) -> Tensor:
-        """What actor and critic see: observations, or of a memory the states after them."""
-        if isinstance(self.policy, RecurrentActorCritic):
-            return self.policy.next_states(observations, self._states)
-        return observations
+    def _values(self, observations: Tensor) -> Tensor:
+        seen = self.policy.next_states(observations, self._states)
+        return self._outputs(seen)[-1].flatten()
+
+    def _outputs(self, seen: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Mean actions, logarithms of deviations, and values: policies by their rows."""
+        return self._networks.outputs(seen.view(len(self.policies), -1, seen.shape[1]))
 
     def _empty_rollout(self, observations: Tensor) -> Rollout:
-        n, n_rows = shape = self.n_steps, self.env.n_rows
+        n, (n_rows, n_observed), n_actions = self.n_steps, observations.shape, len(self._low)
+        self._columns = [n_observed, n_actions, 3]
+        self._table = observations.new_empty((n, n_rows, sum(self._columns)))
+        of_actions, numbers, more = (n, n_rows, n_actions), (n, n_rows), (n + 1, n_rows)
+        new = observations.new_empty
         return Rollout(
-            states=self._states.clone(),
-            observations=observations.new_empty((n + 1, n_rows, observations.shape[1])),
-            actions=observations.new_empty((*shape, len(self._low))),
-            log_probs=observations.new_empty(shape),
-            values=observations.new_empty((n + 1, n_rows)),
-            rewards=observations.new_empty(shape),
-            ends=observations.new_empty(shape),
-            acts=observations.new_empty(shape, dtype=torch.bool),
-        )
+            noise=new(of_actions), states=self._states.clone(), actions=new(of_actions),
+            observations=new((*more, n_observed)), log_probs=new(numbers), values=new(more),
+            rewards=new(numbers), ends=new(numbers), acts=new(numbers, dtype=torch.bool),
+        )  # fmt: skip
 
     def _update(self, rollout: Rollout) -> None:
-        terms, policy = self._hyperparameters, self.policy
+        """Take all epochs on a rollout, whose decisions become the rows of the table."""
+        terms = self._hyperparameters
         gains = advantages(rollout, terms.discount, terms.gae_lambda)
-        returns = (gains + rollout.values[:-1]).flatten()
-        before, gains = rollout.log_probs.flatten(), gains.flatten()
-        groups = self._groups(len(gains))
-        why = "memory" if self._n_state else f"rows_together={terms.rows_together}"
-        acts = _groups_that_act(rollout.acts, groups, why)
-        n_minibatches = max(terms.n_minibatches, len(gains) // MIN_MINIBATCH)
-        n_minibatches = min(n_minibatches, _n_acting(acts) // 2)
-        observations, actions = rollout.observations[:-1], rollout.actions
-        policy.train(True)
+        returns = gains + rollout.values[:-1]
+        scalars = torch.stack((rollout.log_probs, gains, returns), -1)
+        columns = rollout.observations[:-1], rollout.actions, scalars
+        torch.cat(columns, -1, out=self._table)
+        groups = self._groups(rollout.acts)
         for _ in range(terms.n_epochs):
-            shuffled = torch.randperm(len(groups), device=gains.device)
-            for acting, others in _minibatches(groups[shuffled], acts[shuffled], n_minibatches):
-                rows = torch.cat((acting, others))
-                batch = before[acting], gains[acting], returns[rows]
-                if self._n_state:
-                    losses = self._descend(*self._evaluate_sequences(rollout, rows), *batch)
-                else:
-                    seen, acted = (each.flatten(0, 1)[rows] for each in (observations, actions))
-                    learn = self._learn_from if len(others) else self._learn
-                    losses = learn(seen, acted, *batch)
-        actor_loss, critic_loss, log_ratio = losses
-        self.diagnostics = {
-            "train/policy_gradient_loss": actor_loss.item(),
-            "train/value_loss": critic_loss.item(),
-            "train/std": torch.exp(policy.log_std).mean().item(),
-            "train/reward": rollout.rewards.mean().item(),
-            **policy_change(log_ratio),
-        }
+            losses = self._take_epoch(*groups)
+        log_std = torch.stack([each.log_std.detach() for each in self.policies])
+        rewards = rollout.rewards.view(len(gains), len(self.policies), -1)
+        self.all_diagnostics = _diagnostics(losses, rewards, log_std)
+        self.diagnostics = self.all_diagnostics[0]
 
-    def _groups(self, n: int) -> Tensor:
-        """Numbers of decisions that share a minibatch: of one time, or of a row with a memory."""
-        numbers = torch.arange(n, device=self.env.device)
-        if self._n_state:
-            return numbers.view(-1, self.env.n_rows).T
-        return numbers.view(-1, self._hyperparameters.rows_together)
+    def _groups(self, acts: Tensor) -> tuple[Tensor, Tensor | None]:
+        """Numbers of decisions that go together, policies by groups by decisions; which count.
 
-    def _learn_from(self, observations: Tensor, actions: Tensor, *batch: Tensor) -> Losses:
-        """`_descend` on a minibatch of single decisions."""
-        values, log_probs, _ = self.policy.evaluate_actions(observations, actions)
-        return self._descend(values.flatten(), log_probs, *batch)
-
-    def _evaluate_sequences(self, rollout: Rollout, numbers: Tensor) -> tuple[Tensor, Tensor]:
-        """Values and log probabilities of numbered decisions, of a memory: of whole rows."""
-        policy, n = self.policy, len(rollout.actions)
-        assert isinstance(policy, RecurrentActorCritic)
-        rows = numbers.view(-1, n)[:, 0]
-        observations, states = rollout.observations[:-1, rows], rollout.states[rows]
-        of_rows = observations, rollout.actions[:, rows], states, rollout.ends[:, rows]
-        both = policy.evaluate_sequences(*of_rows)
-        values, log_probs = (each.T.flatten() for each in both)
-        return values, log_probs
-
-    def _descend(
-        self, values: Tensor, log_probs: Tensor, before: Tensor, gains: Tensor, returns: Tensor
-    ) -> Losses:
-        """Take a step of Adam along the clipped gradient of the loss of a minibatch.
-
-        The first of its decisions are those whose actions count, with their log probabilities
-        before the update and their advantages.
+        They are of one time, or of a row with a memory. All count if there is no second tensor.
         """
-        log_ratio = log_probs[: len(before)] - before
-        actor_loss = clipped_loss(torch.exp(log_ratio), gains)
-        critic_loss = torch.nn.functional.mse_loss(values, returns)
-        self._optimizer.zero_grad()
-        loss = actor_loss + VALUE_WEIGHT * critic_loss
-        loss.backward()  # type: ignore[no-untyped-call]
-        torch.nn.utils.clip_grad_norm_(self.policy.parameters(), MAX_GRADIENT_NORM)
-        self._optimizer.step()
+        numbers = torch.arange(acts.numel(), device=acts.device)
+        groups = numbers.view(len(acts), len(self.policies), -1).permute(1, 2, 0)
+        if not self.policy.n_state:
+            groups = groups.mT.reshape(len(groups), -1, self._hyperparameters.rows_together)
+        counts, n_acting = acts.flatten()[groups].all(2), int(acts.sum())
+        if int(counts.sum()) * groups.shape[2] != n_acting:
+            raise ConfigError(
+                "step_on='exchange': actions of some rows count that go together, and of others do"
+                " not; take a network without memory, and rows_together=1"
+            )
+        if n_acting < 2:
+            raise ConfigError(
+                f"step_on='exchange': {n_acting} exchanges in a rollout, which is too few to learn"
+                " from; take more robots or worlds"
+            )
+        return groups, None if n_acting == acts.numel() else counts
+
+    def _take_epoch(self, groups: Tensor, counts: Tensor | None) -> Losses:
+        """Take an epoch on groups of decisions, shuffled for each policy."""
+        n, device = groups.shape[1], groups.device
+        drawn = [torch.randperm(n, generator=each, device=device) for each in self._chances]
+        order = torch.stack(drawn)
+        shuffled = groups.gather(1, order[..., None].expand_as(groups))
+        if counts is None:
+            return self._learn(shuffled, shuffled[:, :0])
+        counts = counts.gather(1, order)
+        return self._epoch(shuffled[counts][None], shuffled[~counts][None])
+
+    def _epoch(self, acting: Tensor, others: Tensor) -> Losses:
+        """Take a step for each minibatch of groups: those whose actions count, and the others."""
+        n = (acting[0].numel() + others[0].numel()) // MIN_MINIBATCH
+        n = min(max(self._hyperparameters.n_minibatches, n), acting.shape[1] // 2)
+        parts = ([x.flatten(1) for x in some.tensor_split(n, 1)] for some in (acting, others))
+        for minibatch in zip(*parts, strict=True):
+            losses = self._descend(*minibatch)
+        return losses
+
+    def _descend(self, acting: Tensor, others: Tensor) -> Losses:
+        """Take a step of Adam along the clipped gradients of the losses of a minibatch.
+
+        It is given as numbers of decisions, a row for each policy: those whose actions count, and
+        the others, from which the critic alone learns.
+        """
+        rows, n = torch.cat((acting, others), 1), acting.shape[1]
+        seen, actions, scalars = torch.split(self._table.flatten(0, 1)[rows], self._columns, -1)
+        seen = self._sequences(rows) if self.policy.n_state else seen
+        mean, log_std, values = self._networks.outputs(seen)
+        before, gains, returns = scalars.unbind(-1)
+        log_ratio = (log_probs_of(actions, mean, log_std) - before)[:, :n]
+        actor_loss = clipped_loss(torch.exp(log_ratio), gains[:, :n])
+        critic_loss = (values - returns).square().mean(1)
+        self._adam.descend(actor_loss + VALUE_WEIGHT * critic_loss)
         return actor_loss.detach(), critic_loss.detach(), log_ratio.detach()
+
+    def _sequences(self, numbers: Tensor) -> Tensor:
+        """The states of a memory after numbered decisions, which are those of whole rows."""
+        rollout = self._rollout
+        assert rollout is not None
+        rows = numbers.view(-1, self.n_steps)[:, 0]
+        observations, states = rollout.observations[:-1, rows], rollout.states[rows]
+        after = self.policy.states(observations, states, rollout.ends[:, rows])
+        return after.transpose(0, 1).flatten(0, 1)[None]

@@ -11,6 +11,7 @@ from typing import cast
 
 import numpy as np
 import torch
+from gymnasium.spaces import Box
 from torch import Tensor
 
 from swarm_forage_env.compiler import is_simulated
@@ -95,6 +96,14 @@ class TensorVecEnv:
         """True for the rows whose next action counts: all, but under `step_on="exchange"`."""
 
     @property
+    def action_bounds(self) -> tuple[Tensor, Tensor]:
+        """The least and the largest of each number; ConfigError where actions are choices."""
+        space = self.action_space
+        if not isinstance(space, Box):
+            raise ConfigError("discrete: PPO in tensors gives numbers, not choices; leave it out")
+        return tensor_of(space.low).to(self.device), tensor_of(space.high).to(self.device)
+
+    @property
     def is_one_launch(self) -> bool:
         """A step is one launch of a GPU for each block: `count`, then `launch`, which a CUDA graph
         can repeat."""
@@ -109,10 +118,32 @@ class TensorVecEnv:
         """Control ticks of the learners of all worlds, since the blocks were made."""
         return sum(each.robot_steps for each in self.blocks)
 
-    def seed(self, seed: int) -> None:
-        """Seed the sequences from which resets draw the seeds of the worlds, as `SwarmVecEnv`."""
+    def seed(self, *seeds: int) -> None:
+        """Seed the sequences from which resets draw the seeds of the worlds, as `SwarmVecEnv`.
+
+        Of several seeds each is for an equal part of the worlds of every block, as if alone.
+        """
         for block in self.blocks:
-            block.episodes.seed(checked_seeds(seed, block.n_worlds))
+            n = block.n_worlds // len(seeds)
+            block.episodes.seed([own for each in seeds for own in checked_seeds(each, n)])
+
+    def check_shares(self, n: int, together: int) -> None:
+        """ConfigError where rows are no n equal parts of rows that go together."""
+        first, told = self.blocks[0], f"{n} policies side by side"
+        if together < 1 or self.n_rows // n % together:
+            raise ConfigError(
+                f"rows_together={together}: must divide the {self.n_rows // n} rows of a policy;"
+                " take the number of robots of a world"
+            )
+        if n == 1:
+            return
+        if len(self.blocks) > 1 or first.n_worlds % n:
+            raise ConfigError(
+                f"{told}: have equal parts of the worlds of one scenario; take one, and a multiple"
+                f" of {n} worlds"
+            )
+        if first.config.step_on == "exchange":
+            raise ConfigError(f"{told}: act in every step; leave step_on='exchange' out")
 
     def reset(self) -> Tensor:
         """Reset all worlds; return the observation of every row."""

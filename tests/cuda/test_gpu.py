@@ -228,7 +228,7 @@ def test_an_update_of_ppo_as_graphs_is_the_update(torch):
         policy = ActorCritic(len(env.observation_layout), 2)
         learner = PPOLearner(env, policy, PPOHyperparameters(n_steps=16, n_minibatches=7))
         if not is_graph:
-            learner._learn = learner._learn_from
+            learner._learn = learner._epoch
         learner.learn(3 * 16 * 10 * env.n_rows, seed=1)
         learned.append(learner.state())
     for name, array in learned[0].items():

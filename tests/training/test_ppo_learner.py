@@ -9,12 +9,11 @@ import pytest
 import torch
 from numpy.testing import assert_allclose
 from stable_baselines3 import PPO
-from stable_baselines3.common.policies import ActorCriticPolicy
 
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.spaces import Feature
 from training import ppo_learner, tensor_vec_env
-from training.actor_critic import ActorCritic, RecurrentActorCritic
+from training.actor_critic import ActorCritic, RecurrentActorCritic, log_probs_of
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv, tensor_of, torch_device, worlds_on
 from training.vec_env import SwarmVecEnv
@@ -33,23 +32,38 @@ FOURS = replace(TERMS, rows_together=4)
 
 
 def learner_of(terms=TERMS, policy=None, **changes):
-    """A learner on those worlds, of a policy of stable-baselines3."""
+    """A learner on those worlds, of a policy of dense layers."""
     env = TensorVecEnv([ArrayEnv("es1", **WORLDS | changes)])
-    if policy is None:
-        policy = ActorCriticPolicy(env.observation_space, env.action_space, lambda _: 1e-3)
-    return PPOLearner(env, policy, terms)
+    return PPOLearner(env, policy or ActorCritic(len(env.observation_layout), 2), terms)
 
 
-def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatch):
+def named(policy):
+    """Parameters of a policy of stable-baselines3 by the names of an `ActorCritic`."""
+    names = {"log_std": policy.log_std}
+    for own, layers in {
+        "actor": (*policy.mlp_extractor.policy_net, policy.action_net),
+        "critic": (*policy.mlp_extractor.value_net, policy.value_net),
+    }.items():
+        names |= {f"{own}.{n}": each for n, each in torch.nn.Sequential(*layers).named_parameters()}
+    return {name: each.detach().clone() for name, each in names.items()}
+
+
+class Layers(ActorCritic):
+    """Dense layers that the learner does not know as such: they stay modules."""
+
+
+@pytest.mark.parametrize("kind", [ActorCritic, Layers])
+def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatch, kind):
     reference = PPO(
         "MlpPolicy", SwarmVecEnv("es1", **WORLDS), n_steps=12, batch_size=32, n_epochs=4,
         learning_rate=3e-3, gamma=0.9, gae_lambda=0.8, seed=0, device="cpu",
     )  # fmt: skip
-    start = deepcopy(reference.policy)
-    own, found = learner_of(policy=deepcopy(start)), []
+    found, start = [], named(reference.policy)
+    own = learner_of(policy=kind(reference.observation_space.shape[0], 2))
+    own.policy.load_state_dict(start)
     minibatches = [torch.randperm(96) for _ in range(4)]
     by_decision, by_row = iter(minibatches), (n % 8 * 12 + n // 8 for n in minibatches)
-    monkeypatch.setattr(torch, "randperm", lambda n, device: next(by_decision))
+    monkeypatch.setattr(torch, "randperm", lambda n, **_: next(by_decision))
     monkeypatch.setattr(np.random, "permutation", lambda n: next(by_row).numpy())
     advantages = ppo_learner.advantages
     monkeypatch.setattr(
@@ -61,17 +75,17 @@ def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatc
     reference.learn(96)
     assert_allclose(found[0].T.flatten(), reference.rollout_buffer.advantages.ravel(), atol=1e-5)
     assert own.diagnostics["train/clip_fraction"] > 0.0
-    names = dict(start.named_parameters())
-    for name, parameter in reference.policy.named_parameters():
+    for name, parameter in named(reference.policy).items():
         learned = own.policy.get_parameter(name).detach()
-        assert_allclose(learned, parameter.detach(), atol=1e-5, err_msg=name)
-        assert (learned != names[name]).any(), name
+        assert_allclose(learned, parameter, atol=1e-5, err_msg=name)
+        assert (learned != start[name]).any(), name
 
 
 def test_a_reward_is_credited_to_the_last_action_that_counted():
     column = torch.tensor
     rollout = ppo_learner.Rollout(
-        states=torch.empty(1, 0), observations=torch.empty(3, 1, 0), actions=torch.empty(3, 1, 0),
+        noise=torch.empty(3, 1, 0), states=torch.empty(1, 0),
+        observations=torch.empty(4, 1, 0), actions=torch.empty(3, 1, 0),
         log_probs=torch.empty(3, 1), values=column([[10.0], [99.0], [30.0], [40.0]]),
         rewards=column([[1.0], [2.0], [3.0]]), ends=torch.zeros(3, 1),
         acts=column([[True], [False], [True]]),
@@ -86,7 +100,7 @@ def test_the_policy_learns_from_the_actions_that_count_alone(monkeypatch):
     monkeypatch.setattr(
         ppo_learner,
         "clipped_loss",
-        lambda ratio, gains: counts.append(len(ratio)) or loss(ratio, gains),
+        lambda ratio, gains: counts.append(ratio.shape[1]) or loss(ratio, gains),
     )
     learner = learner_of(**EXCHANGES)
     step, env = learner.env.step, learner.env
@@ -117,21 +131,20 @@ def test_worlds_go_on_from_one_call_to_the_next_until_a_seed_resets_them():
 )
 def test_a_rollout_is_a_million_decisions_and_sixteen_of_each_row_at_least(n_rows, n_steps):
     learner = PPOLearner.__new__(PPOLearner)
-    learner.env, learner._hyperparameters = SimpleNamespace(n_rows=n_rows), PPOHyperparameters()
+    learner.env, learner.policies = SimpleNamespace(n_rows=2 * n_rows), [None, None]
+    learner._hyperparameters = PPOHyperparameters()
     assert learner.n_steps == n_steps
 
 
 def test_long_rollouts_have_many_minibatches(monkeypatch):
     monkeypatch.setattr(ppo_learner, "MIN_MINIBATCH", 20)
     learner, sizes = learner_of(), []
-    evaluate = learner.policy.evaluate_actions
+    descend = learner._descend
     monkeypatch.setattr(
-        learner.policy,
-        "evaluate_actions",
-        lambda seen, actions: sizes.append(len(seen)) or evaluate(seen, actions),
+        learner, "_descend", lambda *given: sizes.append(given[0].shape) or descend(*given)
     )
     learner.learn(1)
-    assert sizes == [24] * 4 * TERMS.n_epochs
+    assert sizes == [(1, 24)] * 4 * TERMS.n_epochs
 
 
 class RobotAndTime:
@@ -147,10 +160,11 @@ class RobotAndTime:
 
 def test_minibatches_are_of_whole_worlds_where_rows_go_together():
     learner, found = learner_of(FOURS, observation=RobotAndTime), []
-    evaluate = learner.policy.evaluate_actions
-    learner.policy.evaluate_actions = lambda seen, actions: (
-        found.append(seen) or evaluate(seen, actions)
+    descend, seen = (
+        learner._descend,
+        lambda numbers: learner._table.flatten(0, 1)[numbers.flatten(), :2],
     )
+    learner._descend = lambda *given: found.append(seen(given[0])) or descend(*given)
     learner.learn(1)
     assert sum(map(len, found)) == 96 * TERMS.n_epochs
     for seen in found:
@@ -167,6 +181,16 @@ def remembering(terms=TERMS, **changes):
     return learner_of(terms, RecurrentActorCritic(*sizes, hidden=(8, 8)), **changes)
 
 
+def test_states_decision_by_decision_are_those_of_one_call():
+    torch.manual_seed(0)
+    network = RecurrentActorCritic(5, 2, hidden=(8, 8))
+    seen, before = torch.randn(7, 3, 5), torch.randn(3, 8)
+    ends = torch.zeros(7, 3)
+    ends[2, 1] = ends[5, 0] = ends[6, 2] = 1.0
+    each = network.each_state(torch.tanh(network.encoder(seen)), before, ends)
+    torch.testing.assert_close(each, network.states(seen, before, ends))
+
+
 def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began():
     learner = remembering(learn="everything")
     learner.env.seed(0)
@@ -176,9 +200,12 @@ def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began(
     assert 0 < second.states.any(1).sum() < 8  # an episode ends as the rollout does
     policy = learner.policy
     for rollout in (first, second):
-        values, log_probs = learner._evaluate_sequences(rollout, learner._groups(96).flatten())
-        assert_allclose(values.view(8, 12).T.detach(), rollout.values[:-1], atol=1e-5)
-        assert_allclose(log_probs.view(8, 12).T.detach(), rollout.log_probs, atol=1e-4)
+        learner._rollout = rollout
+        seen = learner._sequences(learner._groups(rollout.acts)[0].flatten(1))
+        mean, log_std, values = policy.outputs(seen.view(8, 12, 8))
+        log_probs = log_probs_of(rollout.actions.transpose(0, 1), mean, log_std)
+        assert_allclose(values.T.detach(), rollout.values[:-1], atol=1e-5)
+        assert_allclose(log_probs.T.detach(), rollout.log_probs, atol=1e-4)
         time, row = rollout.ends[:-1].nonzero(as_tuple=True)
         assert len(set(time.tolist())) > 1
         fresh = policy.next_states(rollout.observations[time + 1, row], torch.zeros(len(row), 8))
@@ -187,31 +214,32 @@ def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began(
         )
 
 
+def group(terms=TERMS, hidden=(64, 64), **changes):
+    """A learner of two policies, one of which may have other layers."""
+    policies = [
+        ActorCritic(len(learner_of().env.observation_layout), 2, hidden=each)
+        for each in (hidden, (64, 64))
+    ]
+    return learner_of(terms, policies, **changes)
+
+
 @pytest.mark.parametrize(
     ("make", "terms", "changes", "told"),
     [
         (learner_of, TERMS, {**EXCHANGES, "max_cycles": 2}, "0 exchanges in a rollout"),
         (learner_of, replace(TERMS, rows_together=3), {}, "=3: must divide the 8 rows"),
-        (learner_of, FOURS, EXCHANGES, "=4: actions of some of these rows count"),
+        (learner_of, FOURS, EXCHANGES, "actions of some rows count that go together"),
         (learner_of, TERMS, {"discrete": True, "policy": torch.nn.Linear(1, 1)}, "gives numbers"),
         (remembering, FOURS, {}, "rows_together=4: a network with memory"),
-        (remembering, TERMS, EXCHANGES, "memory: actions of some of these rows count"),
+        (group, TERMS, {"n_worlds": 3}, "2 policies side by side: have equal parts"),
+        (group, TERMS, EXCHANGES, "2 policies side by side: act in every step"),
+        (group, TERMS, {"hidden": (8,)}, "2 policies side by side: must be dense layers"),
+        (remembering, TERMS, EXCHANGES, "some rows count that go together"),
     ],
 )
 def test_what_cannot_be_learned_is_refused(make, terms, changes, told):
     with pytest.raises(ConfigError, match=told):
         make(terms, **changes).learn(1, seed=0)
-
-
-def test_an_update_waits_for_no_number():
-    """Tensors without memory: whoever asks for a number is refused, as in a graph of CUDA."""
-    learner = learner_of(policy=ActorCritic(6, 2))
-    learner.policy = learner.policy.to("meta")
-    step = SimpleNamespace(zero_grad=lambda: None, step=lambda: None)
-    learner._optimizer = step  # that of a GPU asks for none, by `capturable`
-    of = torch.device("meta")
-    batch = (torch.zeros(shape, device=of) for shape in ((9, 6), (9, 2), 9, 9, 9))
-    assert all(each.is_meta for each in learner._learn_from(*batch))
 
 
 def test_blocks_of_several_scenarios_are_joined_and_their_time_is_counted(monkeypatch):
@@ -253,3 +281,32 @@ def test_a_tensor_shares_the_memory_of_its_array():
     tensor_of(array)[1, 2] = 5.0
     assert array[1, 2] == 5.0
     assert tensor_of(np.broadcast_to(np.ones(2), (3, 2))).shape == (3, 2)
+
+
+def test_policies_side_by_side_learn_what_each_learns_alone():
+    seeds, changes = (5, 9, 2), {"stagger": False}
+    policies = [learner_of().policy for _ in seeds]
+    together = learner_of(policy=deepcopy(policies), **changes | {"n_worlds": 6})
+    together.learn(2 * 960, seeds)
+    for k, (seed, policy) in enumerate(zip(seeds, policies, strict=True)):
+        alone = learner_of(policy=policy, **changes)
+        alone.learn(2 * 960, seed)
+        mine, found = together.state(k), alone.state()
+        assert mine.keys() == found.keys()
+        for name, array in found.items():
+            assert_allclose(mine[name], array, rtol=1e-3, atol=1e-5, err_msg=f"{k} {name}")
+        assert together.all_diagnostics[k] == pytest.approx(alone.diagnostics, rel=1e-3, abs=1e-5)
+        assert mine["robot_steps"] == 2 * 960
+
+
+def test_a_group_goes_on_from_the_states_of_its_policies():
+    learners = group(stagger=False), group(stagger=False)
+    learners[0].learn(1, seed=0)
+    for k in range(2):
+        learners[1].restore(learners[0].state(k), k)
+    for learner in learners:
+        learner.learn(1, seed=3)
+    for k in range(2):
+        mine, his = (each.state(k) for each in learners)
+        for name, array in mine.items():
+            assert (array == his[name]).all(), name

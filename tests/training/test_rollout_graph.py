@@ -91,7 +91,7 @@ def test_a_decision_waits_for_no_number():
         n_rows=12, device=torch.device("cuda"), acts=step.ended > 0.0, check=lambda: None,
         launch=lambda actions: step,
     )  # fmt: skip
-    learner.policy = learner.policy.to(of)
+    learner._networks.numbers = torch.nn.Parameter(learner._networks.numbers.to(of))
     for name in ("_k", "_low", "_high", "_states"):
         setattr(learner, name, getattr(learner, name).to(of))
     learner._rollout, learner._repeated = learner._empty_rollout(step.observations), learner

@@ -107,7 +107,7 @@ def acting(policy: ActorCritic) -> Act:
             begun = torch.from_numpy(begins.repeat(observations.shape[1]))[:, None]
             before = torch.zeros(len(rows), policy.n_state) if begins.all() else states
             rows = states = policy.next_states(rows, torch.where(begun, 0.0, before))
-        actions = policy(rows)[0] if by_chance else policy.actor(rows)
+        actions = policy(rows) if by_chance else policy.actor(rows)
         chosen: Array = actions.clamp(-1.0, 1.0).reshape(*observations.shape[:2], -1).numpy()
         return chosen
 
