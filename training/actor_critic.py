@@ -122,7 +122,7 @@ class RecurrentActorCritic(ActorCritic):
     def each_state(self, encoded: Tensor, states: Tensor, ends: Tensor) -> Tensor:
         """The states after each decision, of which no number is asked for on the way."""
         gru, after = self.gru, []
-        weights = gru.weight_ih_l0, gru.weight_hh_l0, gru.bias_ih_l0, gru.bias_hh_l0
+        (weights,) = gru.all_weights
         for given, going_on in zip(encoded, 1.0 - ends, strict=True):
             after.append(torch.gru_cell(given, states, *weights))
             states = after[-1] * going_on[:, None]
