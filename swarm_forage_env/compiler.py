@@ -27,7 +27,12 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.fingerprint import plain as plain
-from swarm_forage_env.gpu_kernels import PreparedKernel, compiled_for_gpu
+from swarm_forage_env.gpu_kernels import (
+    GPU_OPTIONS,
+    PreparedKernel,
+    compiled_for_gpu,
+    with_loops_once,
+)
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
@@ -152,10 +157,11 @@ def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKern
 @cache
 def _bound_grid(template: Function, parts: Bindings) -> Any:  # noqa: ANN401 numba-cuda's
     function = with_parts(template, parts, _bound_row)
-    compiled = gpu().jit(_on_records(function) if is_simulated() else function)
-    if not is_simulated():
-        compiled._cache = _LateCache(function, _cache_of_gpu())
-        compiled.compile = compiled_for_gpu()(compiled.compile)
+    if is_simulated():
+        return gpu().jit(_on_records(function))
+    compiled = gpu().jit(function, **GPU_OPTIONS)
+    compiled._cache = _LateCache(function, _cache_of_gpu())
+    compiled.compile = compiled_for_gpu()(compiled.compile)
     return compiled
 
 
@@ -223,7 +229,8 @@ class _Locator:
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
         # the last: machine code of before could be called in the place of another function
         options = INLINED, Lean.__name__, config.BOUNDSCHECK, _name_functions_anew.__name__
-        self._key = fingerprint(function, *compilers, *options)
+        of_gpu = GPU_OPTIONS, with_loops_once.__name__
+        self._key = fingerprint(function, *compilers, *options, *of_gpu)
 
     @classmethod
     def from_function(cls, function: Function, file: str) -> "_Locator":

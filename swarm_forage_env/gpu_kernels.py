@@ -14,6 +14,9 @@ from typing import Any
 _SWITCH = Lock()
 """Held while what numba-cuda calls to make PTX is another function."""
 
+GPU_OPTIONS = {"lto": False}
+"""What numba-cuda compiles with: where it optimises as it links, it fuses products and sums."""
+
 LABEL = re.compile(r'"?([\w.$-]+)"?:')
 BRANCH = re.compile(r"\s+br .*label ")
 TARGET = re.compile(r'label %"?([\w.$-]+)"?')

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numba
+import numba.cuda
 import numpy as np
 import pytest
 
@@ -24,10 +25,33 @@ def seventh(x):
     return x / 7.0
 
 
+@kernel
+def squared(x):
+    return x * x
+
+
 def test_a_loop_is_in_the_machine_code_once(ptx):
     numbers = np.ones(3)
     text = ptx(bind_grid(apply, {"change": seventh}), numbers, (numbers, 1), 3)
     assert text.count("div.rn.f64") == 1
+
+
+DFMA = 0x22B
+"""The code of a fused product and sum of doubles in the machine code of CAPABILITY: 12 bits of 128.
+
+`nvdisasm -hex` of CUDA 13 shows it.
+"""
+
+
+def test_machine_code_rounds_each_product_and_each_sum(monkeypatch):
+    of_kind(CAPABILITY, monkeypatch)
+    kinds = numba.float64[::1], numba.types.Tuple((numba.float64[::1], numba.int64)), numba.int64
+    dispatcher = bind_grid(apply, {"change": squared}).dispatcher
+    fused = numba.cuda.jit(dispatcher.py_func)  # as numba-cuda does by itself
+    for each, is_fused in ((dispatcher, False), (fused, True)):
+        code = each.compile(kinds)._codelibrary.get_cubin().code
+        codes = {int.from_bytes(code[k : k + 2], "little") & 0xFFF for k in range(0, len(code), 16)}
+        assert (DFMA in codes) == is_fused
 
 
 def on_device(address, n):
