@@ -234,13 +234,13 @@ def _episodes(
     configuration: ExperimentConfig, kind: EpisodeKind, seeds: range, table: pa.Table
 ) -> list[AnyEpisode]:
     """The episodes in the table of a file that should hold these seeds."""
-    if not table.schema.equals(schema(kind)) or table.num_rows != len(seeds):
-        raise DamagedFileError("not a row for each episode with the columns of one")
+    if not table.schema.equals(schema(kind)):
+        raise DamagedFileError("not the columns of an episode")
     rows = table.to_pylist()
     if [(row["configuration"], row["seed"]) for row in rows] != [
         (configuration.key, seed) for seed in seeds
     ]:
-        raise DamagedFileError("the episode of another configuration or seed")
+        raise DamagedFileError("episodes of another configuration, or of other seeds")
     controller = asked_name(table) or configuration.short_label
     return [episode_of(row, kind, configuration.scenario.name, controller) for row in rows]
 

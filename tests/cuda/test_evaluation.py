@@ -54,7 +54,8 @@ folder, numbers = Path(sys.argv[1]), ["task.n_robots=2", "task.duration=0.3"]
 options = EvaluateOptions("es1", ["nc", "ssgikf"], 3, settings=numbers, physics="kinematic")
 plans = [options.plan(folder / name, device="cuda") for name in ("gpu", "cpu")]
 gpu, cpu = JoblibBackend(device="cuda"), JoblibBackend()
-print([len(seeds) for _, seeds in plans[0].blocks(gpu)])
+one = replace(options, controllers=["nc"]).plan(folder / "one", device="cuda")
+print([len(seeds) for plan in (plans[0], one) for _, seeds in plan.blocks(gpu)])
 print(list(plans[0].run(gpu)), list(plans[1].run(cpu)))
 found = [[replace(each, wall_s=0.0) for each in plan.results()] for plan in plans]
 assert found[0] == found[1]
@@ -109,7 +110,7 @@ def test_an_episode_on_the_grid_is_that_of_a_cpu(scenario, controller, numbers, 
 
 def test_what_was_evaluated_on_the_grid_is_found_on_a_cpu_and_runs_in_large_blocks(tmp_path):
     blocks, done, missing, small = run(PLANS, tmp_path).splitlines()
-    assert blocks == "[3, 3]"
+    assert blocks == "[3, 3, 3]"
     assert done == "[3, 3] [3, 3]"
     assert missing == "2"
     assert small == "[2, 2, 1, 2, 2, 1]"

@@ -10,6 +10,8 @@ from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate, run_with_progress
 from swarm_forage_env import compiler
+from swarm_forage_env.foraging import metrics
+from swarm_forage_env.loop import Loop
 from tests.evaluation.conftest import run, timeless
 
 
@@ -108,6 +110,14 @@ def test_what_is_compiled_is_told_for_which_controller(configure, dataset, monke
     told, plan = [], Plan([configure("nc"), configure("ssgikf")], range(3), dataset)
     list(plan.run(JoblibBackend(), tell=told.append))
     assert told == ["compiling 1 of 2, nc: tick", "compiling 2 of 2, ssgikf: tick", ""]
+
+
+def test_whatever_measures_an_episode_is_compiled_before_it_runs(configure, monkeypatch):
+    used = set()
+    kernel = lambda _, template, functions: lambda *arguments: used.add(template)  # noqa: E731
+    monkeypatch.setattr(Loop, "kernel", kernel)
+    runner.warm_up(configure(task_duration=1800.0))
+    assert used == {metrics.add_errors, metrics.count_on_path}
 
 
 def test_a_listener_is_told_of_an_entry_point_before_it_is_compiled(tmp_path, monkeypatch):
