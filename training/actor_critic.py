@@ -166,7 +166,8 @@ class ActorCritics(nn.Module):
         """As of an `ActorCritic`: policies by rows by numbers; each span of rows in one product."""
         n_policies, n_rows, n_observed = observed.shape
         n = -(-n_rows // SPAN)
-        *layers, log_std = torch.split(self.numbers.repeat_interleave(n, 0), self._sizes, 1)
+        numbers = self.numbers[:, None].expand(-1, n, -1).flatten(0, 1)
+        *layers, log_std = torch.split(numbers, self._sizes, 1)
         whole = nn.functional.pad(observed, (0, 0, 0, -n_rows % n)) if n_rows % n else observed
         spans = whole.reshape(n_policies, 1, n, -1, n_observed)
         flowing = spans.expand(-1, 2, -1, -1, -1).flatten(0, 2)

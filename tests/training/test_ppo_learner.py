@@ -275,7 +275,8 @@ def test_a_tensor_shares_the_memory_of_its_array():
     assert tensor_of(np.broadcast_to(np.ones(2), (3, 2))).shape == (3, 2)
 
 
-def test_policies_side_by_side_learn_what_each_learns_alone():
+def test_policies_side_by_side_learn_what_each_learns_alone(monkeypatch):
+    monkeypatch.setattr(actor_critic, "SPAN", 5)
     seeds, changes = (5, 9, 2), {"stagger": False}
     policies = [learner_of().policy for _ in seeds]
     together = learner_of(policy=deepcopy(policies), **changes | {"n_worlds": 6})
