@@ -41,11 +41,6 @@ class ClippedAdam:
             named = dict(zip(MOMENTS, moments, strict=True))
             self._adam.state[parameter] = {"step": step, **named}
 
-    @property
-    def changed(self) -> list[Tensor]:
-        """All that a step changes."""
-        return [*self.steps, *(each for some in self.tensors.values() for each in some)]
-
     def descend(self, outputs: Sequence[Tensor], along: Sequence[Tensor]) -> None:
         """Take a step along gradients of losses by outputs of the networks."""
         gradients = torch.autograd.grad(outputs, self._parameters, along)

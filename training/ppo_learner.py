@@ -24,7 +24,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from training.actor_critic import ActorCritic, ActorCritics, log_probs_of
 from training.clipped_adam import ClippedAdam
-from training.cuda_graphs import Graphed, Repeated, Work, in_tf32
+from training.cuda_graphs import Repeated, in_tf32
 from training.tensor_vec_env import Step, TensorVecEnv
 
 CLIP_RANGE = 0.2
@@ -175,10 +175,10 @@ class PPOLearner:
         is_dense = len(policies) > 1 or ActorCritics.fits(policies)
         self._networks = ActorCritics(policies) if is_dense else self.policy
         self._adam = ClippedAdam(self._networks, len(policies), hyperparameters.learning_rate)
-        self._learn: Work = self._epoch
-        self._repeated: Repeated | None = None
+        self._repeated: Repeated[None] | None = None
+        self._repeated_epoch: Repeated[Losses] | None = None
         if device.type == "cuda" and is_dense:
-            self._learn = Graphed(self._epoch, self._adam.changed)
+            self._repeated_epoch = Repeated(self._epoch)
             self._repeated = Repeated(self._decide, env.count) if env.is_one_launch else None
         self.diagnostics: dict[str, float] = {}
         """Scalars of the last update, of the first policy; `all_diagnostics` are of each."""
@@ -245,10 +245,7 @@ class PPOLearner:
 
     @torch.no_grad()
     def _roll_out(self, observations: Tensor) -> tuple[Rollout, Tensor]:
-        """Let all rows act for `n_steps` decisions; also return the observations after these.
-
-        Both are overwritten by the next rollout.
-        """
+        """Let all rows act; also return what they see then. The next rollout overwrites both."""
         rollout = self._rollout
         rollout.observations[0], rollout.states[...] = observations, self._states
         parts = rollout.noise.tensor_split(len(self.policies), 1)
@@ -362,10 +359,12 @@ class PPOLearner:
         drawn = [torch.randperm(n, generator=each, device=device) for each in self._chances]
         order = torch.stack(drawn)
         shuffled = groups.gather(1, order[..., None].expand_as(groups))
-        if counts is None:
-            return self._learn(shuffled, shuffled[:, :0])
-        counts = counts.gather(1, order)
-        return self._epoch(shuffled[counts][None], shuffled[~counts][None])
+        if counts is not None:
+            acts = counts.gather(1, order)
+            return self._epoch(shuffled[acts][None], shuffled[~acts][None])
+        repeated = self._repeated_epoch
+        with repeated.aside() if repeated else nullcontext():
+            return (repeated or self._epoch)(shuffled, shuffled[:, :0])
 
     def _epoch(self, acting: Tensor, others: Tensor) -> Losses:
         """Take a step for each minibatch of groups: those whose actions count, and the others."""

@@ -300,7 +300,7 @@ def test_an_update_of_ppo_as_graphs_is_the_update(torch):
         policies = [ActorCritic(len(env.observation_layout), 2) for _ in range(2)]
         learner = PPOLearner(env, policies, PPOHyperparameters(n_steps=16, n_minibatches=7))
         if not is_graph:
-            learner._learn = learner._epoch
+            learner._repeated_epoch = None
         learner.learn(3 * 16 * 10 * env.n_rows // 2, seed=1)
         learned.append(learner.state(1))
     for name, array in learned[0].items():
