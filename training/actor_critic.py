@@ -21,6 +21,10 @@ from torch import Tensor, nn
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.errors import ConfigError
 
+SPAN = 512
+"""Rows of a product, at most: the gradient of weights sums over rows, and a GPU would do that in
+one group of threads for each product."""
+
 HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
 
 
@@ -173,15 +177,21 @@ class ActorCritics(nn.Module):
         return len({net.sizes[:-1] if isinstance(net, Dense) else net for net in networks}) == 1
 
     def outputs(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """As of an `ActorCritic`: policies by rows by numbers."""
-        *layers, log_std = torch.split(self.numbers, self._sizes, 1)
-        flowing = observed[:, None].expand(-1, 2, -1, -1).flatten(0, 1)
+        """As of an `ActorCritic`: policies by rows by numbers; each span of rows in one product."""
+        n_policies, n_rows, n_observed = observed.shape
+        n = -(-n_rows // SPAN)
+        numbers = self.numbers[:, None].expand(-1, n, -1).flatten(0, 1)
+        *layers, log_std = torch.split(numbers, self._sizes, 1)
+        whole = nn.functional.pad(observed, (0, 0, 0, -n_rows % n)) if n_rows % n else observed
+        spans = whole.reshape(n_policies, 1, n, -1, n_observed)
+        flowing = spans.expand(-1, 2, -1, -1, -1).flatten(0, 2)
         for k in range(0, len(layers), 2):
             flowing = torch.tanh(flowing) if k else flowing
             weights = layers[k].view(len(flowing), -1, flowing.shape[2])
             flowing = torch.baddbmm(layers[k + 1][:, None], flowing, weights.mT)
-        mean, values = flowing.view(-1, 2, *flowing.shape[1:]).unbind(1)
-        return mean, log_std[::2, None], values[..., 0]
+        outputs = flowing.view(n_policies, 2, -1, flowing.shape[2])[:, :, :n_rows]
+        mean, values = outputs.unbind(1)
+        return mean, log_std[:: 2 * n, None], values[..., 0]
 
     def named(self, policy: int, tensors: Sequence[Tensor]) -> dict[str, Tensor]:
         """Views of a tensor in the form of `numbers`, by the names of a policy's parameters."""
@@ -201,7 +211,7 @@ def _networks(policy: ActorCritic) -> tuple[nn.Module, nn.Module]:
 def log_probs_of(actions: Tensor, mean: Tensor, log_std: Tensor) -> Tensor:
     """The log probability of each row of actions under a Gaussian."""
     z = (actions - mean) * torch.exp(-log_std)
-    return -0.5 * (z * z).sum(-1) - (log_std + HALF_LOG_2_PI).sum(-1)
+    return -0.5 * z.square().sum(-1) - (log_std + HALF_LOG_2_PI).sum(-1)
 
 
 class Dense(nn.Sequential):

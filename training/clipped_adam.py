@@ -41,14 +41,9 @@ class ClippedAdam:
             named = dict(zip(MOMENTS, moments, strict=True))
             self._adam.state[parameter] = {"step": step, **named}
 
-    @property
-    def changed(self) -> list[Tensor]:
-        """All that a step changes."""
-        return [*self.steps, *(each for some in self.tensors.values() for each in some)]
-
-    def descend(self, losses: Tensor) -> None:
-        """Take a step along the gradients of the losses of policies, one each."""
-        gradients = torch.autograd.grad(losses.sum(), self._parameters)
+    def descend(self, outputs: Sequence[Tensor], along: Sequence[Tensor]) -> None:
+        """Take a step along gradients of losses by outputs of the networks."""
+        gradients = torch.autograd.grad(outputs, self._parameters, along)
         of_policies = [each.reshape(self._n_policies, -1) for each in gradients]
         norms = torch.cat(of_policies, 1).norm(dim=1, keepdim=True)
         scale = torch.clamp(MAX_GRADIENT_NORM / (norms + 1e-6), max=1.0)

@@ -24,7 +24,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from training.actor_critic import ActorCritic, ActorCritics, RecurrentActorCritic, log_probs_of
 from training.clipped_adam import ClippedAdam
-from training.cuda_graphs import Graphed, Repeated, Work, in_tf32
+from training.cuda_graphs import Repeated, in_tf32
 from training.tensor_vec_env import Step, TensorVecEnv
 
 CLIP_RANGE = 0.2
@@ -77,15 +77,21 @@ def advantages(rollout: Rollout, discount: float, gae_lambda: float) -> Tensor:
     return gains
 
 
-def clipped_loss(ratio: Tensor, gains: Tensor) -> Tensor:
-    """The clipped surrogate losses of minibatches, a row each, whose advantages are normalised.
+def clipped_loss(ratio: Tensor, gains: Tensor) -> tuple[Tensor, Tensor]:
+    """The clipped surrogate losses of minibatches, a row each, and their gradients.
+
+        L       = - mean min(r A, clip(r) A)
+        dL/dlnr = - r A / n   where r A is the smaller one, else 0
+
+    r is the ratio of probabilities of each action after and before, A its advantage, normalised.
 
     Source: Schulman2017, Eq. 7.
     """
     deviation, mean = torch.std_mean(gains, 1, keepdim=True)
     normal = (gains - mean) / (deviation + 1e-8)
-    clipped = torch.clamp(ratio, 1.0 - CLIP_RANGE, 1.0 + CLIP_RANGE)
-    return -torch.min(normal * ratio, normal * clipped).mean(1)
+    terms = ratio * normal
+    least = torch.minimum(terms, torch.clamp(ratio, 1.0 - CLIP_RANGE, 1.0 + CLIP_RANGE) * normal)
+    return -least.mean(1), terms.masked_fill(terms > least, 0.0) / -gains.shape[1]
 
 
 VALUE_WEIGHT = 0.5
@@ -169,21 +175,19 @@ class PPOLearner:
         is_dense = len(policies) > 1 or ActorCritics.fits(policies)
         self._networks = ActorCritics(policies) if is_dense else self.policy
         self._adam = ClippedAdam(self._networks, len(policies), hyperparameters.learning_rate)
-        self._learn: Work = self._epoch
-        self._repeated: Repeated | None = None
+        self._repeated: Repeated[None] | None = None
+        self._repeated_epoch: Repeated[Losses] | None = None
         if device.type == "cuda" and type(self.policy) in (ActorCritic, RecurrentActorCritic):
-            self._learn = Graphed(self._epoch, self._adam.changed)
+            self._repeated_epoch = Repeated(self._epoch)
             self._repeated = Repeated(self._decide, env.count) if env.is_one_launch else None
         self.diagnostics: dict[str, float] = {}
-        """Scalars of the last update, of the first policy."""
-        self.all_diagnostics: list[dict[str, float]] = []
-        """Of each policy."""
+        """Scalars of the last update, of the first policy; `all_diagnostics` are of each."""
+        self.all_diagnostics = [self.diagnostics]
         self._chances = [torch.Generator(device) for _ in policies]
         self._observations: Tensor | None = None
-        self._rollout: Rollout | None = None
         self._k = torch.zeros(1, dtype=torch.int64, device=device)
         self._states = torch.zeros((env.n_rows, self.policy.n_state), device=device)
-        self._before = 0
+        self._rollout, self._before = self._empty_rollout(), 0
 
     @property
     def robot_steps(self) -> int:
@@ -241,11 +245,8 @@ class PPOLearner:
 
     @torch.no_grad()
     def _roll_out(self, observations: Tensor) -> tuple[Rollout, Tensor]:
-        """Let all rows act for `n_steps` decisions; also return the observations after these.
-
-        Both are overwritten by the next rollout.
-        """
-        rollout = self._rollout = self._rollout or self._empty_rollout(observations)
+        """Let all rows act; also return what they see then. The next rollout overwrites both."""
+        rollout = self._rollout
         rollout.observations[0], rollout.states[...] = observations, self._states
         parts = rollout.noise.tensor_split(len(self.policies), 1)
         for part, chance in zip(parts, self._chances, strict=True):
@@ -266,7 +267,6 @@ class PPOLearner:
         the rewards that would follow.
         """
         rollout, env, k = self._rollout, self.env, self._k
-        assert rollout is not None
         observations = rollout.observations.index_select(0, k)[0]
         seen = self.policy.next_states(observations, self._states)
         mean, log_std, values = self._outputs(seen)
@@ -303,12 +303,12 @@ class PPOLearner:
         """Mean actions, logarithms of deviations, and values: policies by their rows."""
         return self._networks.outputs(seen.view(len(self.policies), -1, seen.shape[1]))
 
-    def _empty_rollout(self, observations: Tensor) -> Rollout:
-        n, (n_rows, n_observed), n_actions = self.n_steps, observations.shape, len(self._low)
+    def _empty_rollout(self) -> Rollout:
+        n, n_rows, n_actions = self.n_steps, self.env.n_rows, len(self._low)
+        n_observed, new = len(self.env.observation_layout), self._low.new_empty
         self._columns = [n_observed, n_actions, 3]
-        self._table = observations.new_empty((n, n_rows, sum(self._columns)))
+        self._table = new((n, n_rows, sum(self._columns)))
         of_actions, numbers, more = (n, n_rows, n_actions), (n, n_rows), (n + 1, n_rows)
-        new = observations.new_empty
         return Rollout(
             noise=new(of_actions), states=self._states.clone(), actions=new(of_actions),
             observations=new((*more, n_observed)), log_probs=new(numbers), values=new(more),
@@ -359,10 +359,12 @@ class PPOLearner:
         drawn = [torch.randperm(n, generator=each, device=device) for each in self._chances]
         order = torch.stack(drawn)
         shuffled = groups.gather(1, order[..., None].expand_as(groups))
-        if counts is None:
-            return self._learn(shuffled, shuffled[:, :0])
-        counts = counts.gather(1, order)
-        return self._epoch(shuffled[counts][None], shuffled[~counts][None])
+        if counts is not None:
+            acts = counts.gather(1, order)
+            return self._epoch(shuffled[acts][None], shuffled[~acts][None])
+        repeated = self._repeated_epoch
+        with repeated.aside() if repeated else nullcontext():
+            return (repeated or self._epoch)(shuffled, shuffled[:, :0])
 
     def _epoch(self, acting: Tensor, others: Tensor) -> Losses:
         """Take a step for each minibatch of groups: those whose actions count, and the others."""
@@ -374,27 +376,23 @@ class PPOLearner:
         return losses
 
     def _descend(self, acting: Tensor, others: Tensor) -> Losses:
-        """Take a step of Adam along the clipped gradients of the losses of a minibatch.
+        """Take a step of Adam along the gradients of the losses of a minibatch.
 
         It is given as numbers of decisions, a row for each policy: those whose actions count, and
         the others, from which the critic alone learns.
         """
         rows, n = torch.cat((acting, others), 1), acting.shape[1]
         seen, actions, scalars = torch.split(self._table.flatten(0, 1)[rows], self._columns, -1)
-        seen = self._sequences(rows) if self.policy.n_state else seen
+        if self.policy.n_state:  # of whole rows
+            rollout, of = self._rollout, rows.view(-1, self.n_steps)[:, 0]
+            observations, states = rollout.observations[:-1, of], rollout.states[of]
+            after = self.policy.states(observations, states, rollout.ends[:, of])
+            seen = after.transpose(0, 1).reshape(1, rows.numel(), -1)
         mean, log_std, values = self._networks.outputs(seen)
         before, gains, returns = scalars.unbind(-1)
-        log_ratio = (log_probs_of(actions, mean, log_std) - before)[:, :n]
-        actor_loss = clipped_loss(torch.exp(log_ratio), gains[:, :n])
-        critic_loss = (values - returns).square().mean(1)
-        self._adam.descend(actor_loss + VALUE_WEIGHT * critic_loss)
-        return actor_loss.detach(), critic_loss.detach(), log_ratio.detach()
-
-    def _sequences(self, numbers: Tensor) -> Tensor:
-        """The states of a memory after numbered decisions, which are those of whole rows."""
-        rollout = self._rollout
-        assert rollout is not None
-        rows = numbers.view(-1, self.n_steps)[:, 0]
-        observations, states = rollout.observations[:-1, rows], rollout.states[rows]
-        after = self.policy.states(observations, states, rollout.ends[:, rows])
-        return after.transpose(0, 1).flatten(0, 1)[None]
+        log_probs = log_probs_of(actions, mean, log_std)[:, :n]
+        log_ratio, errors = (log_probs - before[:, :n]).detach(), (values - returns).detach()
+        actor_loss, slopes = clipped_loss(torch.exp(log_ratio), gains[:, :n])
+        along = slopes, errors * (2.0 * VALUE_WEIGHT / errors.shape[1])
+        self._adam.descend((log_probs, values), along)
+        return actor_loss, errors.square().mean(1), log_ratio

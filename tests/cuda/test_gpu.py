@@ -225,12 +225,12 @@ def test_an_update_of_ppo_as_graphs_is_the_update(torch):
     for is_graph in (False, True):
         env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=8, physics="kinematic")])
         torch.manual_seed(0)
-        policy = ActorCritic(len(env.observation_layout), 2)
-        learner = PPOLearner(env, policy, PPOHyperparameters(n_steps=16, n_minibatches=7))
+        policies = [ActorCritic(len(env.observation_layout), 2) for _ in range(2)]
+        learner = PPOLearner(env, policies, PPOHyperparameters(n_steps=16, n_minibatches=7))
         if not is_graph:
-            learner._learn = learner._epoch
-        learner.learn(3 * 16 * 10 * env.n_rows, seed=1)
-        learned.append(learner.state())
+            learner._repeated_epoch = None
+        learner.learn(3 * 16 * 10 * env.n_rows // 2, seed=1)
+        learned.append(learner.state(1))
     for name, array in learned[0].items():
         np.testing.assert_allclose(learned[1][name], array, rtol=1e-4, atol=1e-5, err_msg=name)
 

@@ -23,7 +23,7 @@ def test_a_rollout_of_cuda_graphs_is_the_rollout():
         torch.manual_seed(0)
         policy = ActorCritic(len(env.observation_layout), 2)
         learner = PPOLearner(env, policy, PPOHyperparameters(n_steps=16, n_minibatches=1))
-        learner._learn = learner._epoch
+        learner._repeated_epoch = None
         if not is_graph:
             learner._repeated = None
         learner.learn(3 * 16 * 10 * env.n_rows, seed=1)

@@ -12,8 +12,8 @@ from stable_baselines3 import PPO
 
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.spaces import Feature
-from training import ppo_learner, tensor_vec_env
-from training.actor_critic import ActorCritic, RecurrentActorCritic, log_probs_of
+from training import actor_critic, ppo_learner, tensor_vec_env
+from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv, tensor_of, torch_device, worlds_on
 from training.vec_env import SwarmVecEnv
@@ -52,8 +52,9 @@ class Layers(ActorCritic):
     """Dense layers that the learner does not know as such: they stay modules."""
 
 
-@pytest.mark.parametrize("kind", [ActorCritic, Layers])
-def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatch, kind):
+@pytest.mark.parametrize(("kind", "span"), [(ActorCritic, 512), (ActorCritic, 5), (Layers, 512)])
+def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatch, kind, span):
+    monkeypatch.setattr(actor_critic, "SPAN", span)
     reference = PPO(
         "MlpPolicy", SwarmVecEnv("es1", **WORLDS), n_steps=12, batch_size=32, n_epochs=4,
         learning_rate=3e-3, gamma=0.9, gae_lambda=0.8, seed=0, device="cpu",
@@ -198,14 +199,15 @@ def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began(
     second, _ = learner._roll_out(observations)
     assert not first.states.any()
     assert 0 < second.states.any(1).sum() < 8  # an episode ends as the rollout does
-    policy = learner.policy
+    policy, learner._adam.descend = learner.policy, lambda *_: None
     for rollout in (first, second):
         learner._rollout = rollout
-        seen = learner._sequences(learner._groups(rollout.acts)[0].flatten(1))
-        mean, log_std, values = policy.outputs(seen.view(8, 12, 8))
-        log_probs = log_probs_of(rollout.actions.transpose(0, 1), mean, log_std)
-        assert_allclose(values.T.detach(), rollout.values[:-1], atol=1e-5)
-        assert_allclose(log_probs.T.detach(), rollout.log_probs, atol=1e-4)
+        learner._update(rollout)
+        numbers = learner._groups(rollout.acts)[0].flatten(1)
+        _, critic_loss, log_ratio = learner._descend(numbers, numbers[:, :0])
+        gains = ppo_learner.advantages(rollout, TERMS.discount, TERMS.gae_lambda)
+        assert_allclose(log_ratio, 0.0, atol=1e-4)
+        assert_allclose(critic_loss, gains.square().mean()[None], rtol=1e-4)
         time, row = rollout.ends[:-1].nonzero(as_tuple=True)
         assert len(set(time.tolist())) > 1
         fresh = policy.next_states(rollout.observations[time + 1, row], torch.zeros(len(row), 8))
@@ -257,8 +259,8 @@ def test_blocks_of_several_scenarios_are_joined_and_their_time_is_counted(monkey
 
 
 def test_torch_must_find_the_gpu_that_the_worlds_are_on(monkeypatch, experiment):
-    for module in ("tensor_vec_env", "experiment"):
-        monkeypatch.setattr(f"training.{module}.usable_gpu", lambda: None)
+    for module in ("training.tensor_vec_env", "baselines.evaluation.evaluate_options"):
+        monkeypatch.setattr(f"{module}.usable_gpu", lambda: None)
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     with pytest.raises(ConfigError, match=r"device='cuda': torch .* finds no GPU; install its"):
         torch_device("cuda")
@@ -283,7 +285,8 @@ def test_a_tensor_shares_the_memory_of_its_array():
     assert tensor_of(np.broadcast_to(np.ones(2), (3, 2))).shape == (3, 2)
 
 
-def test_policies_side_by_side_learn_what_each_learns_alone():
+def test_policies_side_by_side_learn_what_each_learns_alone(monkeypatch):
+    monkeypatch.setattr(actor_critic, "SPAN", 5)
     seeds, changes = (5, 9, 2), {"stagger": False}
     policies = [learner_of().policy for _ in seeds]
     together = learner_of(policy=deepcopy(policies), **changes | {"n_worlds": 6})

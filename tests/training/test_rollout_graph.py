@@ -85,16 +85,16 @@ def test_a_rollout_of_graphs_is_the_rollout():
 
 def test_a_decision_waits_for_no_number():
     """Tensors without memory: whoever asks for a number is refused, as in a graph."""
-    learner, of = learner_of(ActorCritic(6, 2)), torch.device("meta")
-    step = Step(*(torch.zeros(shape, device=of) for shape in ((12, 6), 12, (12, 6), 12)))
+    learner, of = learner_of(ActorCritic(45, 2)), torch.device("meta")
+    step = Step(*(torch.zeros(shape, device=of) for shape in ((12, 45), 12, (12, 45), 12)))
     learner.env = SimpleNamespace(
         n_rows=12, device=torch.device("cuda"), acts=step.ended > 0.0, check=lambda: None,
-        launch=lambda actions: step,
+        launch=lambda actions: step, observation_layout=range(45),
     )  # fmt: skip
     learner._networks.numbers = torch.nn.Parameter(learner._networks.numbers.to(of))
     for name in ("_k", "_low", "_high", "_states"):
         setattr(learner, name, getattr(learner, name).to(of))
-    learner._rollout, learner._repeated = learner._empty_rollout(step.observations), learner
+    learner._rollout, learner._repeated = learner._empty_rollout(), learner
     with torch.no_grad():
         learner._decide()
     assert learner._rollout.rewards.is_meta

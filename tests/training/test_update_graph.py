@@ -11,7 +11,7 @@ from torch.utils._pytree import tree_leaves, tree_map
 
 from swarm_forage_env import ConfigError, array_env
 from training.actor_critic import ActorCritic
-from training.cuda_graphs import Graphed, in_tf32
+from training.cuda_graphs import WARM_UP, Repeated, in_tf32
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 
@@ -35,14 +35,23 @@ class Graph:
 
 
 class Recorder(TorchDispatchMode):
-    """Records the operations within it; who waits for a number is refused."""
+    """Records the operations within it, and undoes them; who waits for a number is refused."""
 
-    def __init__(self, graph):
+    def __init__(self, graph, stream):
         super().__init__()
-        self._graph = graph
+        self._graph, self._before = graph, {}
+
+    def __exit__(self, *error):
+        super().__exit__(*error)
+        for tensor, before in self._before.values():
+            tensor.copy_(before)
 
     def __torch_dispatch__(self, operation, types, given=(), named=None):
         assert operation is not torch.ops.aten._local_scalar_dense.default
+        for argument, value in zip(operation._schema.arguments, given, strict=False):
+            if argument.is_write:
+                for each in map(_without_gradient, tree_leaves(value)):
+                    self._before.setdefault(each.data_ptr(), (each, each.clone()))
         found = operation(*given, **named or {})
         noted = tree_map(_without_gradient, (given, named or {}, found))
         self._graph.operations.append((operation, *noted))
@@ -74,10 +83,10 @@ def test_an_update_of_graphs_is_the_update():
     for learner in (usual, graphed):
         (group,) = learner._adam._adam.param_groups
         group["fused"] = True  # as on a GPU: it asks for no number
-    graphed._learn = Graphed(graphed._epoch, graphed._adam.changed)
+    graphed._repeated_epoch = Repeated(graphed._epoch)
     for learner in (usual, graphed):
         learner.learn(3 * 6 * 10 * 4, seed=3)
-    assert len(graphed._learn._recorded) == 1
+    assert graphed._repeated_epoch._n_calls == 3 * TERMS.n_epochs > WARM_UP
     usual.restore(graphed.state(1))
     graphed.restore(graphed.state(1))
     for learner in (usual, graphed):
