@@ -80,15 +80,6 @@ def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told
 
 
 @pytest.mark.parametrize(
-    "text", ["[radio\n", "[radio]\nmax_rnge = 1\n", "base = 'es9'\n", "radio = 3\n", "\x00"]
-)
-def test_a_damaged_scenario_file_gets_one_line(command, tmp_path, text):
-    (tmp_path / "mine.toml").write_text(text)
-    status, stdout, stderr = command("evaluate", "mine.toml", "nc")
-    assert (status, stdout, len(stderr.splitlines())) == (2, "", 1)
-
-
-@pytest.mark.parametrize(
     ("fault", "told"),
     [
         (BrokenProcessPool("a process"), "a worker was ended from outside"),

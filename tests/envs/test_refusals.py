@@ -147,20 +147,6 @@ def test_rows_that_are_no_array_of_numbers_are_refused_in_a_line(made, actions):
         batch.step(actions)
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "says"),
-    [
-        ({"seed": -1}, ConfigError, "seed=-1"),
-        ({"options": {"colour": "red"}}, UnknownNameError, "parameter for an episode named 'col"),
-    ],
-)
-def test_a_refused_reset_changes_nothing(options, error, says, running):
-    before = running.state()
-    with pytest.raises(error, match=says):
-        running.reset(**options)
-    assert_array_equal(running.state(), before)
-
-
 MISUSED = {
     "pettingzoo": lambda: parallel_env("es1"),
     "gymnasium": lambda: gymnasium.make("SwarmForage/ES1-v2").unwrapped,

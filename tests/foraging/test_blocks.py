@@ -1,22 +1,9 @@
 """A world in a block is the world alone, whatever was in its place before."""
 
 import numpy as np
-import pytest
 
 from swarm_forage_env.interface import KEEP, REPLACE
-from swarm_forage_env.registry import CONTROLLERS
-from swarm_forage_env.scenarios import find_scenario
-from tests.worlds import check_each_is_itself, everything
-
-ENGINES = ("rigid", "kinematic")
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-@pytest.mark.parametrize("scenario", ["es1", "es2", "real", "ants2008"])
-def test_a_world_in_a_block_is_the_world_alone(scenario, physics):
-    scenario, controller = find_scenario(scenario), CONTROLLERS["ssgiff"]
-    block = check_each_is_itself(scenario, controller, [11, 5, 8], physics, 500)
-    assert block.world.state.messages.sum() > 0
+from tests.worlds import everything
 
 
 def test_two_controllers_under_one_seed_meet_the_same_world(running):

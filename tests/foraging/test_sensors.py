@@ -7,10 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_forage_env.epuck.records import PROXIMITY
 from swarm_forage_env.equations.proximity import (
     PROXIMITY_ANGLES,
-    SENSING_RANGE,
     ray_to_disc,
     ray_to_walls,
     response,
@@ -54,11 +52,3 @@ def test_a_sensor_reads_the_nearest_of_all_robots_and_walls(block, places, corne
             for dx, dy in np.delete(pose[:, :2], i, axis=0) - (x, y):
                 away.append(ray_to_disc(c * dx + s * dy, c * dy - s * dx, ray, RADIUS))
             assert seen[i, ray] == pytest.approx(response(min(away)), abs=1e-6)
-
-
-def test_far_from_all_walls_and_robots_nothing_is_seen(block):
-    rim = 0.5 * 1.7 - RADIUS - SENSING_RANGE - 1e-9
-    robots = block([(0.0, 0.0, 0.3), (rim, 0.0, 0.3)], proximity_noise=0.2)
-    before = robots.state.streams.copy()
-    assert np.all(robots.sense().proximity == 0.0)
-    assert np.array_equal(robots.state.streams[:, PROXIMITY], before[:, PROXIMITY])

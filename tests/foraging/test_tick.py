@@ -3,10 +3,6 @@
 import numpy as np
 import pytest
 
-from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.scenarios import find_scenario
-
 ENGINES = ("rigid", "kinematic")
 
 
@@ -85,8 +81,3 @@ def test_only_the_worlds_that_are_asked_for_move(running, go):
     assert world.worlds["ticks"].tolist() == [0, 1, 0]
     moved = (world.robots["pose"] != before["pose"]).any(axis=(1, 2))
     assert moved.tolist() == [False, True, False]
-
-
-def test_an_unknown_engine_is_refused_with_the_nearest_name():
-    with pytest.raises(UnknownNameError, match="engine named 'rigit', did you mean 'rigid'"):
-        ForagingWorld([find_scenario("es1")], [0], "rigit")
