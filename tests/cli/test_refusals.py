@@ -22,13 +22,11 @@ EVALUATE = "evaluate", "es1", "nc"
 
 REFUSED = [
     (("evaluate", "es4", "nc"), "named 'es4', did you mean 'es1', 'es2' or 'es3'?"),
-    (("evaluate", "SwarmForage/ES1-v2", "nc"), "'SwarmForage/ES1-v2', did you mean 'es1'?"),
     (("evaluate", "nc", "es1"), "'nc': it is a controller, and the scenario comes first"),
     (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; one is run"),
     (("evaluate", "missing.toml", "nc"), "scenario file missing.toml: No such file or directory"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),
     (("evaluate", "es1", "ssgif"), "named 'ssgif', did you mean 'ssgiff' or 'ssgikf'?"),
-    (("evaluate", "es1", "ssgiff:beta"), "must be parameter=value"),
     (("evaluate", "es1", "nc", "nc"), "controller 'nc' is named twice"),
     (
         ("evaluate", "es1", "ssgiff", "nc", "ssgiff:beta=0.01"),
@@ -37,7 +35,6 @@ REFUSED = [
     (("evaluate", "es1", "nc", "--format=xml"), "'--format': 'xml' is not one of 'table'"),
     (("evaluate", "es1", "nc", "--seed=x"), "an integer. See: swarm-forage evaluate --help"),
     (("evaluate", "es1"), "Missing argument 'controllers"),
-    ((*EVALUATE, "--set", "radio.max_range"), "must be name=value, as in radio.max_range=0.2"),
     ((*EVALUATE, "--set", "radio.max_range=-1"), ": --set: radio.max_range='-1'"),
     ((*EVALUATE, "--set", "tick=0.1", "--set", "tick=0.2"), "given twice"),
     ((*EVALUATE, "--physics", "rigd"), "--physics: no physics engine named 'rigd', did you"),
@@ -46,7 +43,6 @@ REFUSED = [
     ((*EVALUATE, "--threads", "0"), "--threads=0: must be at least 1"),
     ((*EVALUATE, "--address", "auto"), "--address=auto: is for --backend ray"),
     ((*EVALUATE, "--backend", "dask"), "'--backend': 'dask' is not one of 'joblib', 'ray'"),
-    (("evaluate", "es1", "social_odometry+sgiff"), "must be estimator+weighting+motion"),
     ((*EVALUATE, "--seed", str(2**64 - 1)), "must be a whole number from 0 to 2^64 - 1"),
     ((*EVALUATE, "--out", "taken"), "--out taken: cannot be written"),
     ((*EVALUATE, "--plot", "trips.jpeg"), "--plot trips.jpeg: the name must end in"),

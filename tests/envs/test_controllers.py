@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from baselines.oracles.controllers import NAMED as ORACLES
 from swarm_forage_env import ConfigError, UnknownNameError, find_scenario
 from swarm_forage_env.controllers import find_controllers, parse_controller
 from swarm_forage_env.registry import CONTROLLERS
@@ -64,6 +65,8 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
         (["ssgikf"] * 9, "9 controllers given for the 10 robots of 'es1': must be one for each"),
         ([], "0 controllers given for the 10 robots"),
         ({"epuck_0": "oracle-weighting"}, "no controller named 'oracle-weighting'|ground truth"),
+        *(({2: each}, "knows the ground truth") for each in ORACLES),
+        *(([each] * 10, "knows the ground truth") for each in ORACLES),
         ({"epuck_0": "nc", 0: "nc"}, "robot 0 is given twice, by name and by number"),
         ({"epuck_0": None}, "controller=None: must be a name or a controller"),
         ([["nc"]] * 10, "must be a name or a controller"),
@@ -77,16 +80,6 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
 def test_a_mixture_that_cannot_be_used_is_refused(controller, says):
     with pytest.raises((ConfigError, UnknownNameError), match=says):
         parallel_env("es1", controller=controller)
-
-
-def test_an_oracle_is_refused_in_any_company():
-    from baselines.oracles.controllers import NAMED
-
-    for oracle in NAMED:
-        with pytest.raises(ConfigError, match="knows the ground truth"):
-            parallel_env("es1", controller={2: oracle})
-        with pytest.raises(ConfigError, match="knows the ground truth"):
-            parallel_env("es1", controller=[oracle] * 10)
 
 
 CI = "boids-adaptive:estimator=covariance_intersection"

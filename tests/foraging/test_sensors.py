@@ -16,23 +16,6 @@ from swarm_forage_env.equations.proximity import (
 
 RADIUS = 0.035
 ARENA = np.array([1.7, 1.2])
-NEAR = {"area_distance": 0.8}
-"""The nest at x = -0.4 m, the prey at 0.4 m."""
-
-
-@pytest.fixture
-def ground(block):
-    """Brightness that so many robots read at a place."""
-
-    def read(x, y, theta, noise=0.0, n_worlds=1):
-        return block([(x, y, theta)], n_worlds, ground_noise=noise, **NEAR).sense().ground
-
-    return read
-
-
-def test_the_ground_sensors_look_ahead_of_the_centre(ground):
-    assert ground(-0.4 - 0.12, 0.0, 0.0).tolist() == [[0.0, 0.0, 0.0]]
-    assert ground(-0.4 - 0.12, 0.0, math.pi).tolist() == [[1.0, 1.0, 1.0]]
 
 
 @given(
