@@ -11,6 +11,7 @@ from swarm_forage_env.interface import KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from tests.outside import SGIKFInNumPy
 
 ENGINES = ("rigid", "kinematic")
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
@@ -37,6 +38,23 @@ class Constant:
     def __call__(self, situation, readings, heard, wheels):
         self.asked += 1
         return np.tile(np.array(self.wheels, np.float32), (len(situation.goal), 1))
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(physics, threads):
+    compiled = CONTROLLERS["dsgikf"]
+    rule = replace(compiled, weighting=SGIKFInNumPy())
+    one, other = (
+        Loop(busy(), controller, [0, 1, 2], physics, threads) for controller in (compiled, rule)
+    )
+    one.run(TICKS)
+    other.run(TICKS)
+    np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
+    mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
+    for name in ("belief", "message", "situation"):
+        np.testing.assert_array_equal(mine[name], theirs[name], err_msg=name)
+    assert mine["exchange"]["weight"].any()
 
 
 @pytest.mark.parametrize("physics", ENGINES)

@@ -1,7 +1,10 @@
 """Who hears whom over the radio, and how well range and bearing are measured."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy import stats
 
 from swarm_forage_env.equations.radio import mean_board_range
 
@@ -17,6 +20,20 @@ def test_the_real_board_measures_between_the_rims(block, fresh):
     streams = fresh(1)
     alone = [mean_board_range(0.05, streams, 0, 10) for _ in range(2000)]
     assert np.median(ranges) == pytest.approx(0.07 + np.median(alone), rel=0.02)
+
+
+def test_of_more_messages_than_slots_each_is_heard_equally_often(block, believable):
+    ring = [(0.1 * math.cos(a), 0.1 * math.sin(a), 0) for a in np.arange(7) * 2 * math.pi / 7]
+    heard, valid = block([(0, 0, 0), *ring], n_worlds=4000, **QUIET).listen()
+    receiver = heard.sender[0::8]
+    assert valid[0::8].all()
+    assert receiver.shape[1] == 4
+    assert all(len(set(senders)) == 4 for senders in receiver.tolist())
+    counts = np.bincount(receiver.ravel(), minlength=8)
+    assert counts[0] == 0
+    # Four of seven without repeats vary less than independent draws: the factor is 1 - 3/6.
+    chi2 = np.sum((counts[1:] - 4000 * 4 / 7) ** 2) / (4000 * 4 / 7)
+    believable(stats.chi2(6).sf(chi2 / 0.5))
 
 
 def test_empty_slots_say_nothing(running):

@@ -1,6 +1,5 @@
 """DAgger: it learns from the true errors of estimates, and survives being killed."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -47,12 +46,6 @@ def imitating(experiment):
         return experiment(**terms | changes)
 
     return make
-
-
-def random_numbers():
-    shapes = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
-    count = sum(math.prod(shape) for shape in shapes.values())
-    return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
 
 
 def test_the_error_of_copying_an_unknown_place_by_hand():
