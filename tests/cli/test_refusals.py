@@ -58,6 +58,31 @@ REFUSED = [
 ]
 
 
+SHOWN = [
+    ("nc --video=x.avi", "--video x.avi: the name must end in .mp4, .gif"),
+    ("nc --frame=taken/x.png", "--frame taken/x.png: cannot be written"),
+    ("nc --html=x.htm", "--html x.htm: the name must end in .html"),
+    ("nc --select=10", "--select=10: must be 0 to 9, a robot of es1"),
+    ("nc --speed=0", "speed=0: must be 0.1 to 256 times real time"),
+    ("nc --size=100", "size=100: must be 400 to 3840"),
+    ("nc --start=12", "--start=12: must be 0 to less than the 12 s"),
+    ("nc --start=4 --seconds=9", "--seconds=9: must be above 0 and at most 8 [s]"),
+    ("nc --physics=magic", "no physics engine named 'magic'"),
+    ("nc --set tick", "--set 'tick': must be name=value"),
+    ("nc ssgikf", "nc and ssgikf: only a replay shows two side by side; add --html FILE"),
+    ("nc ssgikf --html=a.html --frame=a.png", "without --video and --frame"),
+    ("nc ssgikf ssgiff --html=a.html", "3 controllers: at most 2 are shown"),
+    ("nc nc --html=a.html", "controller 'nc' is named twice"),
+    ("nc --drive=10", "--drive=10: must be 0 to 9, a robot of es1"),
+    ("nc --drive=1 --frame=a.png", "leave out --start, --video, --html and --frame"),
+    ("nc --drive=1 --start=3", "leave out --start"),
+]
+"""What `watch es1` refuses of twelve seconds."""
+
+REFUSED += [(("watch", "es1", "--set=task.duration=12", *words.split()), told)
+            for words, told in SHOWN]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"), REFUSED, ids=[" ".join(each[0]) for each in REFUSED]
 )

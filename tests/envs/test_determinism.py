@@ -1,4 +1,4 @@
-"""One seed, one episode: in one process, in two, and after any other episode."""
+"""One seed, one episode in every process; without any, another."""
 
 from hashlib import sha256
 

@@ -116,9 +116,9 @@ def test_any_kind_of_number_is_taken(running, kind):
     assert observations["epuck_0"][-2:].tolist() == [1.0, -1.0]
 
 
-def test_no_step_and_no_state_before_the_first_reset_and_no_step_after_the_end(constant):
+def test_no_step_state_or_frame_before_the_first_reset_and_no_step_after_the_end(constant):
     short = parallel_env(max_cycles=2)
-    for call in (short.state, lambda: short.step({})):
+    for call in (short.state, short.render, lambda: short.step({})):
         with pytest.raises(ResetNeeded, match=r"call reset\(\) first"):
             call()
     short.reset(seed=0)

@@ -1,4 +1,4 @@
-"""Compiled, plain and bounds-checked kernels do the same; memory stays where it is."""
+"""Compiled, plain and bounds-checked kernels do the same."""
 
 import numpy as np
 import pytest

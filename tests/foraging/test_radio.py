@@ -12,6 +12,19 @@ NO_LOSS = {"loss_near": 0.0, "loss_far": 0.0}
 QUIET = {**NO_LOSS, "range_noise": 0.0, "bearing_noise": 0.0}
 
 
+@pytest.mark.parametrize(
+    "wheels", [(0.06, 0.06), (0.06, -0.06), (-0.03, 0.03), (0.0, 0.06), (0.06, 0.0)]
+)
+def test_a_receiver_at_rest_averages_its_frames_and_one_that_moves_or_turns_does_not(block, wheels):
+    robots = block([(0, 0, 0), (0.1, 0, 0)], n_worlds=2000, frames=10, **NO_LOSS)
+    robots.state.wheels[1::2] = wheels
+    heard, _ = robots.listen()
+    assert heard.n_averaged[0::2, 0].tolist() == [10] * 2000
+    assert heard.n_averaged[1::2, 0].tolist() == [1] * 2000
+    at_rest, moving = (heard.range_bearing[end::2, 0, 0].var() for end in (0, 1))
+    assert moving / at_rest == pytest.approx(10.0, rel=0.15)
+
+
 def test_the_real_board_measures_between_the_rims(block, fresh):
     robots = block([(0, 0, 0), (0.12, 0, 0)], n_worlds=2000, frames=10, range_model="board")
     heard, valid = robots.listen()

@@ -1,4 +1,4 @@
-"""The robot's own sensors: ground and proximity, on robots put at given places."""
+"""Infrared, on robots put at given places."""
 
 import math
 

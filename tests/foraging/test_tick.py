@@ -1,4 +1,4 @@
-"""One tick: motors, walls, sensors, the end of an episode."""
+"""One tick: motors, contacts, and what a layer was shown."""
 
 import numpy as np
 import pytest
