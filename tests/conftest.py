@@ -137,6 +137,15 @@ def believable():
     return check
 
 
+@pytest.fixture(scope="session")
+def busy():
+    """An es1 of fast robots and near areas: trips and exchanges soon, whatever is calibrated."""
+    from swarm_forage_env.scenarios import find_scenario
+
+    numbers = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
+    return find_scenario("es1", numbers)
+
+
 @pytest.fixture
 def command(capsys, monkeypatch, tmp_path):
     """Run a command in an empty folder: its exit status, stdout and stderr."""

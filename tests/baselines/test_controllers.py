@@ -2,7 +2,6 @@
 
 import math
 import warnings
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -17,34 +16,13 @@ from baselines.estimators.message_exchange import round_estimate
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.weighting import WEIGHTING_RULES
-from baselines.weighting.sgiff import SGIFF
-from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import Parameters, Share, override
+from swarm_forage_env.parameters import override
 from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-
-STRATEGIES = {
-    #         weighting, speaks, double: TR 6.1
-    "nc": (SGIKF, False, False),
-    "ssgikf": (SGIKF, True, False),
-    "dsgikf": (SGIKF, True, True),
-    "ssgiff": (SGIFF, True, False),
-    "dsgiff": (SGIFF, True, True),
-}
-
-
-@pytest.mark.parametrize("name", STRATEGIES)
-def test_a_strategy_of_the_paper_is_found_by_name(name):
-    controller = CONTROLLERS[name]
-    weighting, speaks, double = STRATEGIES[name]
-    assert isinstance(controller.weighting, weighting)
-    assert controller.estimator.speaks == speaks
-    assert not speaks or controller.estimator.double == double
 
 
 @pytest.mark.parametrize(("old", "new"), OLD_NAMES.items())
@@ -154,29 +132,6 @@ def test_boids_run_on_both_tasks_and_subsumption_forages(name):
     social = CONTROLLERS[name].with_parameters({"estimator": "social_odometry"})
     with pytest.raises(ConfigError, match="its estimator is not made for the task waypoints"):
         social.check_supports(waypoints)
-
-
-class MyRule(Parameters):
-    """A rule from outside: always the same share."""
-
-    heard_p_share: ClassVar[float] = 1.0
-    share: Share = 0.25
-
-    def __call__(self, exchange):
-        return np.full(exchange.own_p.shape, self.share, np.float32)
-
-
-def test_evaluate_runs_a_rule_from_outside(monkeypatch, command):
-    monkeypatch.setattr(WEIGHTING_RULES, "_parts", dict(WEIGHTING_RULES._parts))
-    WEIGHTING_RULES.register("my_rule")(MyRule)
-    arguments = "--episodes=2", "--set=task.duration=120", "--physics=kinematic", "--workers=1"
-    texts = "social_odometry+my_rule+subsumption", "social_odometry+my_rule+subsumption:share=0.9"
-    status, told, _ = command("evaluate", "es1", *texts, *arguments, "--format=csv")
-    lines = told.splitlines()
-    assert status == 0
-    assert [line.split(",")[1] for line in lines[1:]] == [texts[0]] * 2 + [texts[1]] * 2
-    one, other = (line.split(",")[6:12] for line in (lines[1], lines[3]))
-    assert one != other, "the rule is asked, and its parameter counts"
 
 
 MOST = {"overshoot": math.nextafter(1.0, 2.0)}

@@ -158,11 +158,6 @@ def test_p_is_the_deviation_along_the_worst_axis_and_noise_grows_with_the_path(g
     assert_allclose(belief.moments[0], expected, rtol=1e-5)
 
 
-def test_the_norm_is_the_largest_eigenvalue():
-    P = covariance(np.random.default_rng(3))  # noqa: N806 as in the paper
-    assert spectral_norm(*flat(P)) == pytest.approx(np.linalg.norm(P, 2))
-
-
 def test_nothing_is_uncertain_on_the_area(grow):
     belief = nobody()
     belief.moments[:], belief.p[:], belief.on_area = 1.0, 1.0, NEST

@@ -5,9 +5,6 @@ import io
 import json
 import os
 import shutil
-import signal
-import sys
-import time
 
 import pyarrow.parquet as pq
 import pytest
@@ -18,7 +15,6 @@ from baselines.evaluation.commands import FIGURE_NAMES
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
-from tests.processes import becomes_true
 from training.ladder.commands import add_benchmark
 from training.train_command import add_commands
 
@@ -164,35 +160,3 @@ def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):
     _, stderr = run.communicate(timeout=60)
     assert run.returncode == 1
     assert stderr == ""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals")
-@pytest.mark.parametrize("workers", [1, 2])
-@pytest.mark.parametrize("of_terminal", [True, False])
-def test_a_run_that_is_stopped_says_so_in_one_line_and_takes_its_workers_along(
-    process, interruptible, workers, of_terminal
-):
-    """By a terminal, which signals the whole group, or by a scheduler, the command alone."""
-    run = process(
-        "evaluate", "es1", "nc", "--episodes=8", "--set=task.duration=7200", f"--workers={workers}",
-        start_new_session=True,
-    )  # fmt: skip
-    assert "8 to run" in run.stderr.readline()
-    time.sleep(2.0)
-    if of_terminal:
-        os.killpg(run.pid, signal.SIGINT)
-    else:
-        run.terminate()
-    _, stderr = run.communicate(timeout=60)
-    assert run.returncode == 130
-    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
-    assert becomes_true(lambda: is_gone(run.pid), 10.0)
-
-
-def is_gone(group):
-    """Whether nobody of a process group is left."""
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return True
-    return False

@@ -70,24 +70,18 @@ def test_paths_say_that_they_run_an_episode(command):
 
 
 @pytest.mark.usefixtures("evaluated")
-def test_a_figure_for_a_paper_is_as_broad_as_a_column(command, tmp_path):
-    wide = {}
-    for style in ("screen", "paper"):
-        command("plot", "boxplot", "runs/es1", f"--style={style}", f"--out={style}.png")
-        with Image.open(tmp_path / f"{style}.png") as image:
-            wide[style] = image.width / 200
-    assert wide == {"screen": 8.0, "paper": 3.35}
-    told = json.loads((tmp_path / "paper.png.json").read_text())["command"]
-    assert told == "swarm-forage plot boxplot runs/es1 --style paper"
-
-
-@pytest.mark.usefixtures("evaluated")
-def test_a_caption_is_drawn_if_asked_for(command, tmp_path):
-    command("plot", "boxplot", "runs/es1", "--out=plain.svg")
-    command("plot", "boxplot", "runs/es1", "--caption", "--out=captioned.svg")
-    plain, captioned = ((tmp_path / f"{name}.svg").read_text() for name in ("plain", "captioned"))
-    assert plain.count("Quartile boxes") == 1, "in the metadata"
-    assert captioned.count("Quartile boxes") == 2
+def test_a_figure_for_a_paper_is_as_broad_as_a_column_and_has_its_caption_if_asked_for(
+    command, tmp_path
+):
+    wide, captions = [], []
+    for options in ((), ("--style=paper", "--caption")):
+        command("plot", "boxplot", "runs/es1", *options, "--out=x.png", "--out=x.svg")
+        with Image.open(tmp_path / "x.png") as image:
+            wide.append(image.width / 200)
+        captions.append((tmp_path / "x.svg").read_text().count("Quartile boxes"))
+    assert (wide, captions) == ([8.0, 3.35], [1, 2]), "one caption is in the metadata"
+    told = json.loads((tmp_path / "x.png.json").read_text())["command"]
+    assert told == "swarm-forage plot boxplot runs/es1 --style paper --caption"
 
 
 REFUSED = [

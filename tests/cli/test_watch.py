@@ -43,36 +43,6 @@ def test_a_video_has_the_frames_of_its_time(command, tmp_path, name, fps, second
     assert [file.name for file in tmp_path.iterdir()] == [name]
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        ("nc --video=x.avi", "--video x.avi: the name must end in .mp4, .gif"),
-        ("nc --frame=taken/x.png", "--frame taken/x.png: cannot be written"),
-        ("nc --html=x.htm", "--html x.htm: the name must end in .html"),
-        ("nc --select=10", "--select=10: must be 0 to 9, a robot of es1"),
-        ("nc --speed=0", "speed=0: must be 0.1 to 256 times real time"),
-        ("nc --size=100", "size=100: must be 400 to 3840"),
-        ("nc --start=12", "--start=12: must be 0 to less than the 12 s"),
-        ("nc --start=4 --seconds=9", "--seconds=9: must be above 0 and at most 8 [s]"),
-        ("nc --physics=magic", "no physics engine named 'magic'"),
-        ("nc --set tick", "--set 'tick': must be name=value"),
-        ("nc ssgikf", "nc and ssgikf: only a replay shows two side by side; add --html FILE"),
-        ("nc ssgikf --html=a.html --frame=a.png", "without --video and --frame"),
-        ("nc ssgikf ssgiff --html=a.html", "3 controllers: at most 2 are shown"),
-        ("nc nc --html=a.html", "controller 'nc' is named twice"),
-        ("nc --drive=10", "--drive=10: must be 0 to 9, a robot of es1"),
-        ("nc --drive=1 --frame=a.png", "leave out --start, --video, --html and --frame"),
-        ("nc --drive=1 --start=3", "leave out --start"),
-    ],
-)
-def test_what_cannot_be_shown_is_refused_in_one_line(command, tmp_path, words, complaint):
-    (tmp_path / "taken").write_text("")
-    status, out, err = command("watch", "es1", "--set=task.duration=12", *words.split())
-    assert (status, out) == (2, "")
-    assert complaint in err
-    assert err.count("\n") == 1
-
-
 @pytest.mark.parametrize("option", ["--video=a.gif", "--frame=a.png", "--html=a.html", ""])
 def test_waypoints_are_shown_everywhere(command, tmp_path, option):
     short = "--set=task.duration=12", "--speed=256", *([option] if option else [])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gymnasium.spaces import Box, Discrete
+from gymnasium.spaces import Discrete
 from numpy.testing import assert_allclose, assert_array_equal
 
 from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
@@ -24,16 +24,6 @@ def test_the_usual_action_is_a_drive_and_wheels_are_wheels():
     assert_allclose(wheels_after([0.0, 0.0], action="drive-v1"), [0.5, 0.5])
     assert_allclose(wheels_after([-1.0, 1.0], sharpest_turn=0.5), [-0.5, 0.5])
     assert_allclose(wheels_after([-1.0, 0.25], action="wheels"), [-1.0, 0.25])
-
-
-def test_normalised_weights_lie_about_a_half_and_others_from_zero_to_one():
-    si = ArrayEnv("es1", 1, learn="weighting", normalise=False, **FEW)
-    assert si.action_space == Box(0.0, 1.0, (2,))
-    env = ArrayEnv("es1", 1, learn="weighting", **FEW)
-    assert env.action_space == Box(-1.0, 1.0, (2,))
-    env.reset(0)
-    env.step(np.full((1, 3, 2), 0.5, np.float32))
-    assert_allclose(env.world.robots["action"]["weight"][0], 0.75)
 
 
 @pytest.mark.parametrize(

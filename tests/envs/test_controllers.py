@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from baselines.oracles.controllers import NAMED as ORACLES
 from swarm_forage_env import ConfigError, UnknownNameError, find_scenario
-from swarm_forage_env.controllers import find_controller, find_controllers, parse_controller
+from swarm_forage_env.controllers import find_controllers, parse_controller
 from swarm_forage_env.registry import CONTROLLERS
 from tests.commands import parallel_env
 
@@ -17,31 +18,10 @@ def names(controller, scenario=ES1):
     return [each.name for each in find_controllers(controller, scenario).members]
 
 
-def test_parameters_follow_the_name():
-    recipe = find_controller("ssgiff:beta=0.02, refractory = 5,avoidance=literal")
-    assert recipe.parameters["weighting.beta"] == 0.02
-    assert recipe.parameters["estimator.refractory"] == 5.0
-    assert recipe.parameters["motion.avoidance"] == "literal"
-    assert find_controller("ssgiff").parameters["weighting.beta"] == 0.01
-
-
-def test_an_unknown_name_is_answered_with_the_nearest():
-    with pytest.raises(UnknownNameError, match="no controller named 'ssgikff', did you mean"):
-        find_controller("ssgikff")
-    with pytest.raises(UnknownNameError, match="no parameter of ssgiff named 'betta'"):
-        find_controller("ssgiff:betta=1")
-
-
 @pytest.mark.parametrize("text", ["nc:", "nc:beta", "nc:=1", "nc:beta=", "nc:a=1,", "nc:a=1,a=2"])
 def test_a_text_of_another_form_is_refused(text):
     with pytest.raises(ConfigError, match="controller='nc:"):
         parse_controller(text)
-
-
-@pytest.mark.parametrize("value", ["much", "nan", "inf", "-1"])
-def test_a_value_that_does_not_fit_is_refused(value):
-    with pytest.raises(ConfigError, match=f"beta='{value}'"):
-        find_controller(f"ssgiff:beta={value}")
 
 
 def test_robots_are_named_or_numbered_and_the_rest_has_the_default_or_what_the_star_says():
@@ -85,6 +65,8 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
         (["ssgikf"] * 9, "9 controllers given for the 10 robots of 'es1': must be one for each"),
         ([], "0 controllers given for the 10 robots"),
         ({"epuck_0": "oracle-weighting"}, "no controller named 'oracle-weighting'|ground truth"),
+        *(({2: each}, "knows the ground truth") for each in ORACLES),
+        *(([each] * 10, "knows the ground truth") for each in ORACLES),
         ({"epuck_0": "nc", 0: "nc"}, "robot 0 is given twice, by name and by number"),
         ({"epuck_0": None}, "controller=None: must be a name or a controller"),
         ([["nc"]] * 10, "must be a name or a controller"),
@@ -98,16 +80,6 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
 def test_a_mixture_that_cannot_be_used_is_refused(controller, says):
     with pytest.raises((ConfigError, UnknownNameError), match=says):
         parallel_env("es1", controller=controller)
-
-
-def test_an_oracle_is_refused_in_any_company():
-    from baselines.oracles.controllers import NAMED
-
-    for oracle in NAMED:
-        with pytest.raises(ConfigError, match="knows the ground truth"):
-            parallel_env("es1", controller={2: oracle})
-        with pytest.raises(ConfigError, match="knows the ground truth"):
-            parallel_env("es1", controller=[oracle] * 10)
 
 
 CI = "boids-adaptive:estimator=covariance_intersection"

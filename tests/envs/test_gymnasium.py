@@ -66,15 +66,6 @@ def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
     assert run_python("-c", code) == "[] ('g.nest', 'g.prey')"
 
 
-def test_keywords_reach_the_environment():
-    env = gym.make(JOINT, learn="weighting", controller="dsgiff", max_cycles=9, **FEW)
-    assert env.unwrapped.scenario.task.n_robots == 3
-    assert env.unwrapped.max_cycles == 9
-    assert env.action_space.shape == (6,)
-    assert env.observation_space.shape == (3 * len(env.unwrapped.observation_layout),)
-    assert gym.make(SINGLE, scenario="es2", **FEW).unwrapped.scenario.name == "es2"
-
-
 @pytest.mark.parametrize("reward", ["own", "team"])
 def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
     options = {"reward": reward, "shaping": 0.5, "max_cycles": 300}

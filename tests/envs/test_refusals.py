@@ -116,9 +116,9 @@ def test_any_kind_of_number_is_taken(running, kind):
     assert observations["epuck_0"][-2:].tolist() == [1.0, -1.0]
 
 
-def test_no_step_and_no_state_before_the_first_reset_and_no_step_after_the_end(constant):
+def test_no_step_state_or_frame_before_the_first_reset_and_no_step_after_the_end(constant):
     short = parallel_env(max_cycles=2)
-    for call in (short.state, lambda: short.step({})):
+    for call in (short.state, short.render, lambda: short.step({})):
         with pytest.raises(ResetNeeded, match=r"call reset\(\) first"):
             call()
     short.reset(seed=0)
@@ -145,20 +145,6 @@ def test_rows_that_are_no_array_of_numbers_are_refused_in_a_line(made, actions):
     batch.reset()
     with pytest.raises(ConfigError, match=r"^action[^\n]*$"):
         batch.step(actions)
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "says"),
-    [
-        ({"seed": -1}, ConfigError, "seed=-1"),
-        ({"options": {"colour": "red"}}, UnknownNameError, "parameter for an episode named 'col"),
-    ],
-)
-def test_a_refused_reset_changes_nothing(options, error, says, running):
-    before = running.state()
-    with pytest.raises(error, match=says):
-        running.reset(**options)
-    assert_array_equal(running.state(), before)
 
 
 MISUSED = {

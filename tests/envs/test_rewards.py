@@ -28,13 +28,6 @@ def rewards_of(scenario, constant, **options):
     return np.array([list(env.step(half)[1].values()) for _ in range(steps)]), env
 
 
-def test_own_gives_each_robot_its_round_trips(busy, constant):
-    rewards, env = rewards_of(busy, constant)
-    assert rewards.sum() > 0
-    assert set(np.unique(rewards)) == {0.0, 1.0}
-    np.testing.assert_array_equal(rewards.sum(axis=0), env.world.state.round_trips)
-
-
 def test_a_team_is_the_robots_of_one_world(busy):
     def run(reward):
         env = ArrayEnv(busy, 3, learn="weighting", reward=reward, decision_period=10)

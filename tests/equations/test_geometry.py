@@ -17,19 +17,6 @@ def turned(theta):
     return math.cos(theta), math.sin(theta)
 
 
-@pytest.mark.parametrize(
-    ("angle", "wrapped"),
-    [
-        (math.pi, -math.pi),
-        (-math.pi, -math.pi),
-        (math.nextafter(math.pi, 0.0), math.nextafter(math.pi, 0.0)),
-        (-1.5 * math.pi, 0.5 * math.pi),
-    ],
-)
-def test_an_angle_is_wrapped_into_its_half_open_circle(angle, wrapped):
-    assert wrap(angle) == pytest.approx(wrapped, abs=1e-15)
-
-
 @given(ANGLES)
 def test_a_wrapped_angle_is_the_same_direction_in_range(angle):
     wrapped = wrap(angle)

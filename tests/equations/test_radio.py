@@ -25,16 +25,6 @@ def test_loss_rises_linearly_from_one_percent_at_a_centimetre_to_half_at_the_end
     assert loss(d, 0.01, 0.15, 0.01, 0.5) == pytest.approx(share)
 
 
-@pytest.mark.parametrize(
-    ("gap", "median", "low", "high"), [(0.10, 10.2, 1.5, 45.0), (0.15, 19.3, 5.8, 53.0)]
-)
-def test_the_real_board_misjudges_range_as_measured(gap, median, low, high, fresh):
-    words = fresh(1)
-    ranges = 100.0 * np.array([board_range(gap, words, 0) for _ in range(40_000)])
-    assert np.median(ranges) == pytest.approx(median, rel=0.03)
-    assert np.percentile(ranges, [5, 95]) == pytest.approx([low, high], rel=0.05)
-
-
 def test_frames_of_the_real_board_are_averaged(fresh):
     alone, together = fresh(1), fresh(1)
     frames = [board_range(0.1, alone, 0) for _ in range(10)]

@@ -1,10 +1,7 @@
 """Chance: the published generator, its distributions, and streams that know nothing of others."""
 
-from itertools import combinations
-
 import numpy as np
 import pytest
-from scipy import stats
 
 from swarm_forage_env.equations.random_draws import (
     GOLDEN,
@@ -88,28 +85,6 @@ def inverse_mix(z):
             word = z ^ (word >> shift)
         z = (word * pow(factor, -1, 2**64)) % 2**64
     return z
-
-
-def first_draws(words, n=1):
-    """The n-th draw of every stream."""
-    for _ in range(n):
-        draws = np.array([unit(words, i) for i in range(len(words))])
-    return draws
-
-
-@pytest.mark.parametrize(("seeds", "robots"), [([7], 20_000), (range(20_000), 1)])
-def test_draws_of_neighbouring_streams_are_uniform_and_independent(seeds, robots, believable):
-    words = streams(seeds, robots, NoiseSource.LOSS)
-    for draws in (first_draws(words), first_draws(words, n=5)):
-        believable(stats.kstest(draws, "uniform").pvalue)
-        believable(stats.pearsonr(draws[:-1], draws[1:]).pvalue)
-        table, *_ = np.histogram2d(draws[:-1], draws[1:], bins=10, range=[[0, 1], [0, 1]])
-        believable(stats.chisquare(table.ravel()).pvalue)
-
-
-def test_draws_for_different_sources_of_noise_are_independent(believable):
-    draws = [first_draws(streams([7], 10_000, source)) for source in NoiseSource]
-    believable([stats.pearsonr(*pair).pvalue for pair in combinations(draws, 2)])
 
 
 def test_no_two_streams_meet_within_ten_million_draws():

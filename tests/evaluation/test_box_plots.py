@@ -11,7 +11,6 @@ from PIL import Image
 from baselines.evaluation.box_plots import box_panels
 from baselines.evaluation.figure_page import (
     Caption,
-    check_plot,
     draw_caption,
     page_style,
     save_figure,
@@ -122,15 +121,6 @@ def test_a_file_beside_the_figure_holds_the_parts_of_its_caption(tmp_path):
         "command": COMMAND,
         "code": ["0123abcd"],
     }
-
-
-def test_the_check_leaves_no_file_and_keeps_an_old_one(tmp_path):
-    new, old = tmp_path / "figures" / "new.png", tmp_path / "old.png"
-    old.write_bytes(b"old")
-    check_plot(new)
-    check_plot(old)
-    assert not new.exists()
-    assert old.read_bytes() == b"old"
 
 
 README = (

@@ -105,13 +105,23 @@ def test_other_exceptions_of_a_finaliser_are_told_as_ever(monkeypatch):
 
 COMMAND = (
     "-m", "training.cli", "evaluate", "es1", "nc", "ssgikf", "--episodes=300",
-    "--set=task.duration=40", "--workers=2",
+    "--set=task.duration=40",
 )  # fmt: skip
 
 
-def start(out, **variables):
+def start(out, workers, **variables):
     options = {"cwd": out.parent, "start_new_session": True}
-    return processes.start(*COMMAND, f"--out={out}", variables=variables, **options)
+    command = *COMMAND, f"--workers={workers}", f"--out={out}"
+    return processes.start(*command, variables=variables, **options)
+
+
+def is_gone(group):
+    """Whether nobody of a process group is left."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return True
+    return False
 
 
 def n_files(out):
@@ -119,11 +129,14 @@ def n_files(out):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGHUP")
+@pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(interruptible, tmp_path, number):
+def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(
+    interruptible, tmp_path, number, workers
+):
     out, temporary = tmp_path / "out", tmp_path / "temporary"
     temporary.mkdir()
-    run = start(out, FORCE_COLOR="1", COLUMNS="120", TMPDIR=str(temporary))
+    run = start(out, workers, FORCE_COLOR="1", COLUMNS="120", TMPDIR=str(temporary))
     told = ""
     while not (counts := re.findall(r"([1-9][0-9]*)/600", told)):
         told += run.stderr.read(50)
@@ -135,10 +148,11 @@ def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(interruptible
     told += run.communicate(timeout=60)[1]
     assert run.returncode == 130, told
     assert "Traceback" not in told
-    assert "the same command goes on from here" in told
+    assert "swarm-forage: stopped; the same command goes on from here\n" in told
+    assert processes.becomes_true(lambda: is_gone(run.pid), 10.0), "its workers too"
     assert 600 > n_files(out) >= max(map(int, counts))
     assert not list(temporary.glob("swarm-forage-*"))
-    again = start(out)
+    again = start(out, workers)
     first = again.stderr.readline()
     os.killpg(again.pid, signal.SIGKILL)
     again.communicate(timeout=60)

@@ -12,7 +12,7 @@ from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate, run_with_progr
 from swarm_forage_env import compiler
 from swarm_forage_env.foraging import metrics
 from swarm_forage_env.loop import Loop
-from tests.evaluation.conftest import run, timeless
+from tests.evaluation.conftest import timeless
 
 
 @pytest.fixture
@@ -37,21 +37,6 @@ def test_the_number_of_workers_changes_nothing_and_results_are_in_the_order_aske
     assert [(each.controller, each.seed) for each in spread] == [
         (name, seed) for name in ("nc", "ssgikf") for seed in seeds
     ]
-
-
-def test_the_number_of_threads_changes_nothing(configure):
-    configuration = configure(physics="rigid")
-    assert run(configuration, range(4), threads=3) == run(configuration, range(4))
-
-
-def test_what_is_kept_is_not_run_again(configure, dataset, refuse_to_run):
-    first = evaluate([configure()], range(3), dataset)
-    progress = []
-    more = evaluate([configure()], range(5), dataset, progress=progress.append)
-    assert more[:3] == first, "computing times included"
-    assert sum(progress) == 2
-    refuse_to_run()
-    assert evaluate([configure()], range(5), dataset) == more
 
 
 def test_one_configuration_under_two_names_runs_once(configure, dataset):

@@ -41,15 +41,6 @@ def kinds(found, world=0):
     return found.world.faults["kinds"][world] != 0
 
 
-def test_without_faults_nobody_is_faulty_and_nothing_is_drawn():
-    found = run(loop(), 3)
-    fault = found.world.faults
-    assert not fault["kinds"].any()
-    assert not found.world.state.is_faulty.any()
-    assert not fault["stream"].any()
-    assert found.scene().faulty is None
-
-
 @pytest.mark.parametrize(("share", "n_faulty"), [(0.04, 0), (0.2, 2), (0.25, 3), (1.0, 10)])
 def test_a_share_is_rounded_to_whole_robots(share, n_faulty):
     assert kinds(loop(faults__liar__share=share))[:, LIAR].sum() == n_faulty
@@ -187,3 +178,4 @@ def test_a_scene_marks_robots_whose_fault_is_in_effect():
     run(found, 10)
     np.testing.assert_array_equal(np.flatnonzero(found.scene().faulty), [1, 2])
     assert found.world.state.is_faulty[2, STALE]
+    assert loop().scene().faulty is None

@@ -60,16 +60,6 @@ def test_each_world_of_a_mixed_block_is_the_world_alone(world_of, physics, order
     assert (block.world.robots["messages"].sum(axis=1) > 0).all()
 
 
-def test_each_world_is_over_at_its_own_time():
-    scenarios = [find_scenario("es1", {"duration": duration}) for duration in (0.3, 0.5)]
-    loop = Loop(scenarios, CONTROLLERS["nc"], [0, 1])
-    over = []
-    for _ in range(5):
-        loop.step()
-        over.append(loop.world.is_over.tolist())
-    assert over == [[False, False]] * 2 + [[True, False]] * 2 + [[True, True]]
-
-
 def test_all_messages_are_shown_in_a_mixed_block(world_of):
     scenarios, controllers = world_of
     block = Loop([scenarios[3], scenarios[1]], controllers[0], [1, 2])

@@ -120,23 +120,6 @@ def test_what_stands_in_the_way_is_refused_in_one_line(overrides, parts):
     assert "\n" not in message
 
 
-def test_a_file_names_obstacles_and_corners(tmp_path):
-    file = tmp_path / "mine.toml"
-    file.write_text(
-        'base = "es1"\n'
-        "[arena]\ncorners = [[-0.85, -0.6], [0.85, -0.6], [0.85, 0.6], [-0.85, 0.6]]\n"
-        "[[obstacles]]\npoints = [[0.3, -0.4], [0.3, 0.4]]\nradius = 0.01\n"
-        "[[obstacles]]\npoints = [[0.0, 0.4]]\nradius = 0.1\n",
-        encoding="utf-8",
-    )
-    found = find_scenario(file)
-    assert [each.model_dump() for each in found.obstacles] == [
-        {"points": ((0.3, -0.4), (0.3, 0.4)), "radius": 0.01, "is_closed": False},
-        {"points": ((0.0, 0.4),), "radius": 0.1, "is_closed": False},
-    ]
-    assert len(found.arena.corners) == 4
-
-
 def test_obstacles_are_read_from_a_command_line():
     text = '[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]'
     (found,) = find_scenario("es1", {"obstacles": text}).obstacles

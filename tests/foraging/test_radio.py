@@ -12,14 +12,6 @@ NO_LOSS = {"loss_near": 0.0, "loss_far": 0.0}
 QUIET = {**NO_LOSS, "range_noise": 0.0, "bearing_noise": 0.0}
 
 
-def test_each_end_loses_for_itself(block, believable):
-    heard, _ = block([(0, 0, 0), (0.149, 0, 0)], n_worlds=5000).listen()
-    one, other = heard.n[0::2] > 0, heard.n[1::2] > 0
-    table = np.array([[np.sum(one & other), np.sum(one & ~other)],
-                      [np.sum(~one & other), np.sum(~one & ~other)]])  # fmt: skip
-    believable(stats.chi2_contingency(table).pvalue)
-
-
 @pytest.mark.parametrize(
     "wheels", [(0.06, 0.06), (0.06, -0.06), (-0.03, 0.03), (0.0, 0.06), (0.06, 0.0)]
 )
@@ -55,18 +47,6 @@ def test_of_more_messages_than_slots_each_is_heard_equally_often(block, believab
     # Four of seven without repeats vary less than independent draws: the factor is 1 - 3/6.
     chi2 = np.sum((counts[1:] - 4000 * 4 / 7) ** 2) / (4000 * 4 / 7)
     believable(stats.chi2(6).sf(chi2 / 0.5))
-
-
-def test_nobody_has_spoken_after_a_reset(running, go):
-    world = running("es1", [0]).world
-    angle = np.linspace(0.0, 2.0 * np.pi, world.n_robots, endpoint=False)
-    world.state.pose[:, :2] = 0.14 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    assert go(world, speaking=True).heard.n.any()
-    world.reset([1])
-    assert not world.state.heard.n.any()
-    assert not world.state.command.is_speaking.any()
-    assert not go(world).heard.n.any()
-    assert world.state.messages.sum() == 0
 
 
 def test_empty_slots_say_nothing(running):

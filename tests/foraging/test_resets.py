@@ -3,6 +3,7 @@
 import pytest
 
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import KEEP, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
@@ -114,3 +115,10 @@ def test_scenarios_of_different_tasks_are_refused():
     scenarios = [find_scenario("es1"), find_scenario("waypoints-05")]
     with pytest.raises(ConfigError, match="must be of one task"):
         Loop(scenarios, CONTROLLER, [0, 1])
+
+
+def test_a_reset_leaves_what_a_learner_does_with_the_layers(running):
+    loop = running("es1", [4, 5])
+    loop.world.robots["action"]["motion"][0] = REPLACE
+    loop.reset([6, 7])
+    assert loop.world.robots["action"]["motion"].tolist() == [[REPLACE] * 10, [KEEP] * 10]

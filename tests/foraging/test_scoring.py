@@ -4,7 +4,6 @@ import itertools
 import re
 
 import numpy as np
-from scipy import stats
 from scipy.spatial.distance import pdist
 
 from swarm_forage_env.arrays import NEST, PREY
@@ -30,22 +29,6 @@ def test_robots_start_inside_the_circle_and_apart():
         assert np.hypot(pose[:, 0], pose[:, 1]).max() <= RADIUS
         assert np.all((pose[:, 2] >= -np.pi) & (pose[:, 2] < np.pi))
         assert pdist(pose[:, :2]).min() >= APART
-
-
-def test_places_and_headings_are_uniform(believable):
-    x, y, heading = np.array([placed(1, seed)[1][0] for seed in range(5000)]).T
-    believable(stats.kstest((x * x + y * y) / RADIUS**2, "uniform").pvalue)
-    believable(stats.kstest(np.arctan2(y, x), stats.uniform(-np.pi, 2.0 * np.pi).cdf).pvalue)
-    believable(stats.kstest(heading, stats.uniform(-np.pi, 2.0 * np.pi).cdf).pvalue)
-
-
-def test_the_last_robot_placed_is_uniform_among_the_free_places(believable):
-    # By symmetry: relative to the first, its direction is uniform.
-    pose = np.array([placed(2, seed)[1] for seed in range(3000)])
-    first = np.arctan2(pose[:, 0, 1], pose[:, 0, 0])
-    last = np.arctan2(pose[:, 1, 1], pose[:, 1, 0])
-    mirrored = np.sin(last - first)
-    believable(stats.binomtest(int(np.sum(mirrored > 0.0)), len(mirrored)).pvalue)
 
 
 def test_a_full_circle_tells_how_many_it_holds():

@@ -1,4 +1,4 @@
-"""The robot's own sensors: ground and proximity, on robots put at given places."""
+"""Infrared, on robots put at given places."""
 
 import math
 
@@ -7,10 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_forage_env.epuck.records import PROXIMITY
 from swarm_forage_env.equations.proximity import (
     PROXIMITY_ANGLES,
-    SENSING_RANGE,
     ray_to_disc,
     ray_to_walls,
     response,
@@ -18,23 +16,6 @@ from swarm_forage_env.equations.proximity import (
 
 RADIUS = 0.035
 ARENA = np.array([1.7, 1.2])
-NEAR = {"area_distance": 0.8}
-"""The nest at x = -0.4 m, the prey at 0.4 m."""
-
-
-@pytest.fixture
-def ground(block):
-    """Brightness that so many robots read at a place."""
-
-    def read(x, y, theta, noise=0.0, n_worlds=1):
-        return block([(x, y, theta)], n_worlds, ground_noise=noise, **NEAR).sense().ground
-
-    return read
-
-
-def test_the_ground_sensors_look_ahead_of_the_centre(ground):
-    assert ground(-0.4 - 0.12, 0.0, 0.0).tolist() == [[0.0, 0.0, 0.0]]
-    assert ground(-0.4 - 0.12, 0.0, math.pi).tolist() == [[1.0, 1.0, 1.0]]
 
 
 @given(
@@ -54,11 +35,3 @@ def test_a_sensor_reads_the_nearest_of_all_robots_and_walls(block, places, corne
             for dx, dy in np.delete(pose[:, :2], i, axis=0) - (x, y):
                 away.append(ray_to_disc(c * dx + s * dy, c * dy - s * dx, ray, RADIUS))
             assert seen[i, ray] == pytest.approx(response(min(away)), abs=1e-6)
-
-
-def test_far_from_all_walls_and_robots_nothing_is_seen(block):
-    rim = 0.5 * 1.7 - RADIUS - SENSING_RANGE - 1e-9
-    robots = block([(0.0, 0.0, 0.3), (rim, 0.0, 0.3)], proximity_noise=0.2)
-    before = robots.state.streams.copy()
-    assert np.all(robots.sense().proximity == 0.0)
-    assert np.array_equal(robots.state.streams[:, PROXIMITY], before[:, PROXIMITY])

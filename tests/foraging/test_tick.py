@@ -1,11 +1,7 @@
-"""One tick: motors, walls, sensors, the end of an episode."""
+"""One tick: motors, contacts, and what a layer was shown."""
 
 import numpy as np
 import pytest
-
-from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.scenarios import find_scenario
 
 ENGINES = ("rigid", "kinematic")
 
@@ -41,15 +37,6 @@ def test_the_motors_go_no_faster_than_they_can_whatever_is_commanded(alone, go, 
     np.testing.assert_allclose(state.wheels, 0.129)
 
 
-@pytest.mark.parametrize("physics", ENGINES)
-def test_a_wall_stops_a_robot_and_its_encoders_do_not_notice(alone, go, physics):
-    world = alone(physics, (0.80, 0.0, 0.0), wheel_noise=0.0)
-    for _ in range(20):
-        state = go(world, 0.06)
-    assert state.pose[0, 0] == pytest.approx(0.815, abs=2e-4)
-    assert state.readings.odometry[0, 0] == pytest.approx(0.006)
-
-
 def test_the_kernel_moves_no_robot_that_the_engine_has_moved(alone, go):
     # In a contact the engine slides both; the kernel would add the path of the wheels to that.
     world = alone("rigid", (-0.036, 0.0, 0.0), (0.036, 0.0, 0.0))
@@ -57,13 +44,6 @@ def test_the_kernel_moves_no_robot_that_the_engine_has_moved(alone, go):
     state = go(world, 0.06)
     np.testing.assert_allclose(state.pose - before, [[0.006, 0.0, 0.0]] * 2, atol=1e-4)
     assert not world.worlds["has_moved"].any()
-
-
-def test_sensors_see_where_the_robots_are_after_the_tick(alone, go):
-    world = alone("rigid", (0.79, 0.0, 0.0), proximity_noise=0.0, ground_noise=0.0)
-    assert go(world).readings.proximity[0, 0] > 0.0
-    world.state.pose[:] = [world.areas[0, 0] - 0.03, 0.0, 0.0]
-    assert go(world).readings.ground.tolist() == [[0.0, 0.0, 0.0]]
 
 
 def test_what_a_layer_was_shown_is_not_changed_by_the_next_tick(running):
@@ -85,8 +65,3 @@ def test_only_the_worlds_that_are_asked_for_move(running, go):
     assert world.worlds["ticks"].tolist() == [0, 1, 0]
     moved = (world.robots["pose"] != before["pose"]).any(axis=(1, 2))
     assert moved.tolist() == [False, True, False]
-
-
-def test_an_unknown_engine_is_refused_with_the_nearest_name():
-    with pytest.raises(UnknownNameError, match="engine named 'rigit', did you mean 'rigid'"):
-        ForagingWorld([find_scenario("es1")], [0], "rigit")

@@ -18,7 +18,7 @@ from baselines.papers.reproduction import (
     format_duration,
 )
 from baselines.papers.social_odometry import LEFT_OPEN
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError
 
 
 def test_the_command_line_is_that_of_the_same_episodes():
@@ -126,11 +126,6 @@ def test_nonsense_is_refused_in_one_line(reproduce, wrong):
     status, stdout, stderr = reproduce(wrong)
     assert (status, stdout) == (2, "")
     assert len(stderr.splitlines()) == 1
-
-
-def test_an_unknown_paper_is_refused():
-    with pytest.raises(UnknownNameError, match="no paper named 'ants2009'"):
-        Reproduction(ReproduceOptions("ants2009"))
 
 
 def plan(*configurations, todo):

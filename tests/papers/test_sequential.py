@@ -132,14 +132,3 @@ def test_episodes_are_added_to_open_claims_alone_until_all_are_decided(episodes)
     assert json.loads(sequential.to_json(found))[0]["decision"] == "holds"
     assert sequential.count(found) == "Of 3 claims 2 hold, 0 are equivalent, 1 is undecided, 0 fail"
     assert "| close | > 1 | " in report._decided(found)
-
-
-def test_of_equal_samples_few_claims_are_decided_wrongly():
-    generator, level = np.random.default_rng(0), 1.0 - 0.05 / len(LOOKS)
-    wrong = 0
-    for _ in range(400):
-        x, b = 100.0 + generator.normal(0.0, 20.0, (2, LOOKS[-1]))
-        effects = (order_effect(x[:n], b[:n]) for n in LOOKS)
-        ends = [(each, *fieller_interval(each.values, each.base, level)) for each in effects]
-        wrong += any(decision_of(*each) in {"holds", "fails"} for each in ends)
-    assert 0 < wrong < 0.05 * 400

@@ -44,33 +44,23 @@ def test_a_word_that_two_fields_end_in_is_refused_with_both():
 
 
 @pytest.mark.parametrize(
-    ("typo", "advice"),
+    ("what", "typo", "advice"),
     [
-        ("radio.maxrange", "did you mean 'radio.max_range'"),
-        ("max_rnge", "did you mean 'radio.max_range'"),
-        ("sensor.wheel_noise", "did you mean 'sensors.wheel_noise'"),
-        ("tik", "did you mean 'tick'"),
-        ("xyzzy", "known: arena"),
+        ("scenario parameter", "radio.maxrange", "did you mean 'radio.max_range'"),
+        ("scenario parameter", "max_rnge", "did you mean 'radio.max_range'"),
+        ("scenario parameter", "sensor.wheel_noise", "did you mean 'sensors.wheel_noise'"),
+        ("scenario parameter", "tik", "did you mean 'tick'"),
+        ("scenario parameter", "xyzzy", "known: arena"),
+        ("scenario", "ess1", "did you mean 'es1'"),
+        ("scenario", "xyzzy", "known: agg"),
+        ("scenario", "ES1", "did you mean 'es1'"),
+        ("scenario", "SwarmForage/ES1-v2", "did you mean 'es1'"),
+        ("scenario", "es1-v2", "did you mean 'es1'"),
     ],
 )
-def test_a_typo_is_refused_with_the_nearest_name_or_all_known(typo, advice):
-    with pytest.raises(UnknownNameError, match=f"^no scenario parameter named '{typo}', {advice}"):
-        find_scenario("es1", {typo: 1.0})
-
-
-@pytest.mark.parametrize(
-    ("typo", "advice"),
-    [
-        ("ess1", "did you mean 'es1'"),
-        ("xyzzy", "known: agg"),
-        ("ES1", "did you mean 'es1'"),
-        ("SwarmForage/ES1-v2", "did you mean 'es1'"),
-        ("es1-v2", "did you mean 'es1'"),
-    ],
-)
-def test_an_unknown_scenario_is_refused_with_a_name_that_exists(typo, advice):
-    with pytest.raises(UnknownNameError, match=f"^no scenario named '{typo}', {advice}"):
-        find_scenario(typo)
+def test_an_unknown_name_is_refused_with_the_nearest_or_all_known(what, typo, advice):
+    with pytest.raises(UnknownNameError, match=f"^no {what} named '{typo}', {advice}"):
+        find_scenario(typo) if what == "scenario" else find_scenario("es1", {typo: 1.0})
 
 
 NUMBERS = [

@@ -6,7 +6,6 @@ The folder is `patrol`: three places that robots visit in turn. Its name is nowh
 import json
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
@@ -73,17 +72,6 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
         assert_array_equal(env.world.robots["pose"], loop.world.robots["pose"])
     assert all(truncations.values())
     assert earned == sum(info["visits"] for info in infos.values()) > 0.0
-
-
-def test_gymnasium_runs_several_worlds_of_it():
-    envs = gym.make_vec("SwarmForage/ES1-Joint-v2", num_envs=2, scenario="patrol-1")
-    observations, _ = envs.reset(seed=3)
-    assert observations.shape == envs.observation_space.shape
-    envs.action_space.seed(0)
-    for _ in range(5):
-        observations, *_, infos = envs.step(envs.action_space.sample())
-    assert np.isfinite(observations).all()
-    assert infos["visits"].shape == (2,)
 
 
 def test_what_it_has_not_is_refused_in_our_words():

@@ -1,6 +1,5 @@
 """DAgger: it learns from the true errors of estimates, and survives being killed."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,15 +12,12 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
-from training.candidate_rollouts import CandidateWeighting
 from training.dagger import HIDDEN, DAggerTraining, WeightingActor, train
 from training.exchanges import (
     UNKNOWN_ERROR,
     Exchanges,
-    RecordingWeighting,
     error_of_copying,
     record_exchanges,
-    squared_error,
 )
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
@@ -32,8 +28,6 @@ from training.learned_weighting import (
 )
 from training.policy_file import load_policy, observation_layout
 
-OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
-HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 120.0}
 SCENARIO = find_scenario("es1", BUSY)
 LAYOUT = observation_layout("weighting", SCENARIO)
@@ -54,50 +48,11 @@ def imitating(experiment):
     return make
 
 
-def random_numbers():
-    shapes = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
-    count = sum(math.prod(shape) for shape in shapes.values())
-    return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
-
-
-def test_the_error_of_a_merged_place_by_hand():
-    # own 0.3 and heard -0.1 cancel at three quarters; more than 0.5 m2 counts as 0.5 m2
-    g = torch.tensor([0.75, 0.5, 0.0])
-    expected = [0.0, 0.4**2, 0.5]
-    np.testing.assert_allclose(squared_error(g, OWN, HEARD), expected, atol=1e-7)
-
-
 def test_the_error_of_copying_an_unknown_place_by_hand():
     g, c = torch.tensor([0.0, 1.0, 0.5]), UNKNOWN_ERROR
     heard = torch.tensor([[0.1, 0.0], [0.1, 0.0], [3.0, 0.0]])
     expected = [c, 0.01, 0.5 * c + 0.5 * 0.5]
     np.testing.assert_allclose(error_of_copying(g, heard), expected, atol=1e-7)
-
-
-def test_recording_changes_nothing():
-    controller = find_controller("ssgiff")
-    recording = RecordingWeighting(random_numbers(), LAYOUT)
-    candidate = CandidateWeighting(random_numbers())
-    seen, alone = (
-        Loop(SCENARIO, replace(controller, weighting=weighting), SEEDS, "kinematic")
-        for weighting in (recording, candidate)
-    )
-    for loop in (seen, alone):
-        loop.run(SCENARIO.n_ticks)
-    assert sum(map(len, recording.recorded)) > 20
-    np.testing.assert_array_equal(seen.world.state.pose, alone.world.state.pose)
-    assert alone.world.state.round_trips.any()
-
-
-def test_the_errors_noted_are_as_far_apart_as_the_places():
-    controller = find_controller("ssgiff")
-    exchanges = record_exchanges(SCENARIO, controller, random_numbers(), SEEDS, "kinematic")
-    # the two places and the truth form a triangle, of which the encounter knows one side
-    seen = LAYOUT.records(exchanges.observed)["exchange"]
-    apart = np.linalg.norm(exchanges.heard_error - exchanges.own_error, axis=1)
-    expected = seen.disagreement[np.arange(len(exchanges)), exchanges.area.argmax(axis=1)]
-    np.testing.assert_allclose(apart, expected, atol=1e-5)
-    assert np.linalg.norm(exchanges.own_error, axis=1).max() < SCENARIO.arena.length
 
 
 def test_a_fit_finds_out_who_is_right(imitating):

@@ -274,22 +274,6 @@ def test_an_algorithm_for_some_rungs_is_run_on_no_others(rung):
         benchmark.jobs_of([rung], [rwr], 1, None)
 
 
-def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys):
-    algorithm = read_algorithms()["sb3_ppo"]
-    settings = {"n_steps": 8, "batch_size": 24}
-    small = algorithm.model_copy(update={"worlds": 1, "settings": settings})
-    jobs = benchmark.jobs_of([rung], [small], 2, 480)
-    benchmark.run_jobs(jobs[:1], tmp_path, JoblibBackend())
-    benchmark.run_jobs(jobs, tmp_path, JoblibBackend())
-    assert "1 of 2 runs found" in capsys.readouterr().err
-    runs = read_runs(tmp_path, [rung], [small])
-    assert [run.seed for run in runs] == [0, 1]
-    for run in runs:
-        assert [point["robot_steps"] for point in run.curve] == [240, 480]
-        assert len(run.scores) == 2
-    assert find(jobs[0], tmp_path) == runs[0]
-
-
 @pytest.fixture
 def weighting(rung):
     """The rung of the weighting, in a minute's world of fast robots and near areas."""

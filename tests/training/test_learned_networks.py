@@ -5,18 +5,14 @@ import math
 
 import numpy as np
 import pytest
-import torch
-from numpy.testing import assert_allclose
 
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.weighting.rows import RowWeighting
-from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
-from tests.contracts.conftest import random_exchanges
 from tests.outside import exchanges
 from training.dagger import WeightingActor
 from training.learned_weighting import (
@@ -164,16 +160,6 @@ def weigh(network, seen):
     return RowWeighting(EXCHANGE_NETWORK.layer(network))(seen)
 
 
-def test_zero_weights_are_sgiff():
-    seen = random_exchanges(np.random.default_rng(0), 500)
-    seen.is_valid[::2] = 0.0
-    ended = seen.is_valid > 0
-    g = weigh(np.zeros(N_NUMBERS), seen)
-    expected = RowWeighting(SGIFF(beta=0.01).layer(find_scenario("es1")))(seen)
-    np.testing.assert_allclose(g[ended], expected[ended], rtol=1e-4, atol=1e-7)
-    assert not g[~ended].any()
-
-
 def test_extreme_encounters_give_shares():
     seen = exchanges(
         4,
@@ -208,25 +194,3 @@ def test_a_network_begins_near_zero_and_its_hidden_units_orthogonal():
     assert actor.arrays["output.bias"].item() == 0.0, "arrays are copies"
     actor.load_numpy(arrays)
     assert actor.arrays["output.bias"].item() == 3.0
-
-
-def test_the_weighting_that_is_trained_is_the_one_that_runs():
-    rng = np.random.default_rng(0)
-    layout = observation_layout("weighting", find_scenario("es1"))
-    n = 50
-    path = lambda: rng.uniform(0.0, 9.0, (n, 2))  # noqa: E731 short
-    one = rng.uniform(0.02, 1.0, n)
-    encounter = exchanges(
-        n, own_p=path(), heard_p=path(), disagreement=path(), own_distance=path(),
-        heard_distance=path(), range=one, n_averaged=50.0 * one,
-    )  # fmt: skip
-    torch.manual_seed(0)
-    actor = WeightingActor(layout)
-    with torch.no_grad():
-        for array in actor.parameters():
-            array += 0.3 * torch.randn(array.shape)
-        given = actor(torch.from_numpy(layout.matrix({"exchange": encounter})))
-    numbers = flatten(actor.to_numpy(), EXCHANGE_NETWORK.shapes(actor.sizes))
-    assert_allclose(
-        given.numpy(), RowWeighting(EXCHANGE_NETWORK.layer(numbers))(encounter), atol=1e-5
-    )

@@ -1,7 +1,5 @@
 """Policies of other trainers run as controllers, and do what they did in training."""
 
-import warnings
-
 import numpy as np
 import pytest
 import torch
@@ -18,7 +16,6 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
 from training.vec_env import SwarmVecEnv
 
@@ -160,28 +157,6 @@ def test_a_model_without_a_card_says_which_numbers_do_not_fit(model, scenario, t
     named = find_controller(f"{bare},stack=2,action=wheels,decision_period=5")
     named.check_usable(scenario)
     assert named.policy.decision_period == 5
-
-
-@pytest.mark.parametrize("discrete", [False, True])
-def test_a_network_in_torchscript_is_a_controller(discrete, scenario, tmp_path):
-    keywords = {"discrete": discrete, "decision_period": 5}
-    env = parallel_env("es1", **FAST, **keywords)
-    space = env.action_space("epuck_0")
-    n_given = space.n if isinstance(space, Discrete) else 2
-    torch.manual_seed(0)
-    network = torch.nn.Linear(len(env.observation_layout), int(n_given))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        torch.jit.script(network).save(tmp_path / "policy.pt")
-    save_policy_card(tmp_path / "policy.pt", "es1", **FAST, **keywords)
-    _, poses = ran(find_controller(f"torchscript:{tmp_path / 'policy.pt'}"), scenario, 7, 55)
-    observed, _ = env.reset(seed=7)
-    for _ in range(11):
-        with torch.no_grad():
-            given = network(torch.from_numpy(np.stack(list(observed.values())))).numpy()
-        actions = given.argmax(1) if discrete else np.clip(given, -1.0, 1.0)
-        observed, *_ = env.step(dict(zip(env.agents, actions, strict=True)))
-    assert_array_equal(env.world.robots["pose"], poses)
 
 
 def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):

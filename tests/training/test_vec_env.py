@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-import torch
 from gymnasium.spaces import Discrete
 from numpy.testing import assert_array_equal
-from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
 import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
@@ -90,16 +88,6 @@ def test_a_seed_fixes_the_sequence_of_episodes():
     assert_array_equal(observed[:4], observed[4:])
     with pytest.raises(ConfigError, match="must be 2, one for each world"):
         env.seed([1, 2, 3])
-
-
-def test_sb3_bootstraps_what_the_time_limit_cuts_off():
-    env = make(decision_period=5, max_cycles=8)
-    model = PPO("MlpPolicy", env, n_steps=8, batch_size=64, n_epochs=1, seed=0, device="cpu")
-    with torch.no_grad():
-        model.policy.value_net.bias.fill_(10.0)
-    model.learn(8 * env.num_envs)
-    assert model.rollout_buffer.rewards[-1].min() > 5.0
-    assert model.rollout_buffer.rewards[:-1].max() < 5.0
 
 
 def test_what_sb3_wraps_around_environments_goes_around_these():

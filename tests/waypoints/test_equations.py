@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
-from scipy import stats
+from numpy.testing import assert_allclose, assert_array_equal
 
 from swarm_forage_env.compiler import bind
+from swarm_forage_env.equations.random_draws import normal, symmetric, unit
 from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from swarm_forage_env.waypoints.records import (
@@ -89,26 +89,18 @@ def test_a_robot_turns_first_and_then_goes_straight(theta, speed, turn, expected
     assert turn_then_go(1.0, 2.0, theta, speed, turn, DT) == pytest.approx(expected)
 
 
-def check_standard_normals(errors, believable):
-    """Rows of errors over their deviations are normal, and no two of them correlated."""
-    for error in errors:
-        believable(stats.kstest(error, stats.norm.cdf).pvalue)
-    check_uncorrelated(errors)
+def drawn(draw, streams, n):
+    """The next n draws of each stream, a row for each."""
+    return np.array([[draw(streams, i) for _ in range(n)] for i in range(len(streams))])
 
 
-def check_uncorrelated(rows):
-    correlations = np.corrcoef(rows)[np.triu_indices(len(rows), 1)]
-    assert np.abs(correlations).max() < 4.0 / math.sqrt(len(rows[0]))
-
-
-def test_wheels_and_gyro_have_their_own_bias_and_noise(fresh, believable):
-    rows = 20_000
-    robots = robots_with(rows, motion=[0.4, -0.3], deviation=[0.05, 0.02], bias=[0.01, -0.05])
-    robots.streams[:, ENCODER] = fresh(rows)
+def test_wheels_and_gyro_have_their_own_bias_and_noise(fresh):
+    robots = robots_with(3, motion=[0.4, -0.3], deviation=[0.05, 0.02], bias=[0.01, -0.05])
+    robots.streams[:, ENCODER] = fresh(3)
     for robot in robots:
         measure_motion(robot)
-    errors = (robots.readings.motion - robots.motion - robots.bias) / robots.deviation
-    check_standard_normals(errors.T, believable)
+    expected = robots.motion + robots.bias + robots.deviation * drawn(normal, fresh(3), 2)
+    assert_allclose(robots.readings.motion, expected, atol=1e-6)
 
 
 def sights(pose, n_robots, streams, **numbers):
@@ -131,28 +123,20 @@ def sights(pose, n_robots, streams, **numbers):
     return tuple(found[name].reshape(shape) for name in ("seen", "range", "bearing"))
 
 
-def test_range_and_bearing_are_normal_about_the_truth_for_each_robot_alone(fresh, believable):
-    worlds = 10_000
-    pose = np.tile([[0.0, 0.0, 0.3], [0.3, 0.4, -2.0]], (worlds, 1))
-    seen, far, bearing = sights(pose, 2, fresh(2 * worlds))
-    assert seen[0::2, 1].all()
-    assert seen[1::2, 0].all()
-    way = math.atan2(0.4, 0.3)
-    errors = np.array([
-        (far[0::2, 1] - 0.5) / 0.01,
-        (bearing[0::2, 1] - (way - 0.3)) / 0.02,
-        (far[1::2, 0] - 0.5) / 0.01,
-        (bearing[1::2, 0] - (way - math.pi + 2.0)) / 0.02,
-    ])  # fmt: skip
-    check_standard_normals(errors, believable)
+def test_range_and_bearing_err_by_what_the_robot_that_looks_draws(fresh):
+    _, far, bearing = sights([[0.0, 0.0, 0.3], [0.3, 0.4, -2.0]], 2, fresh(2))
+    off, way = drawn(normal, fresh(2), 2) * [0.01, 0.02], math.atan2(0.4, 0.3)
+    assert_allclose([far[0, 1], far[1, 0]], 0.5 + off[:, 0], atol=1e-6)
+    true = np.array([way - 0.3, way - math.pi + 2.0])
+    assert_allclose([bearing[0, 1], bearing[1, 0]], true + off[:, 1], atol=1e-6)
 
 
 @pytest.mark.parametrize("d", [0.98, 0.995, 1.0, 1.01])
-def test_the_measured_range_and_not_the_true_one_decides_who_is_seen(d, fresh, believable):
-    worlds = 5000
-    seen, far, _ = sights(np.tile([[0, 0, 0], [d, 0, 0]], (worlds, 1)), 2, fresh(2 * worlds))
-    share = stats.norm.cdf((1.0 - d) / 0.01)
-    believable(stats.binomtest(int(seen.sum()), 2 * worlds, share).pvalue)
+def test_the_measured_range_and_not_the_true_one_decides_who_is_seen(d, fresh):
+    seen, far, _ = sights(np.tile([[0, 0, 0], [d, 0, 0]], (50, 1)), 2, fresh(100))
+    measured = d + 0.01 * drawn(normal, fresh(100), 1)[:, 0]
+    assert_array_equal(seen.any(axis=1), measured < 1.0)
+    assert 0 < seen.sum() < 100
     assert far.max() <= 1.0
 
 
@@ -184,11 +168,10 @@ def test_home_tells_the_pose_within_reach_and_zeros_beyond(fresh):
     assert_array_equal(fix, np.array([pose[0], [0, 0, 0], pose[2], [0, 0, 0]], np.float32))
 
 
-def test_the_fix_is_normal_about_the_pose(fresh, believable):
-    pose = np.tile([0.3, -0.4, 1.0], (10_000, 1))
-    at_home, fix = fixes(pose, fresh(10_000), noise=0.1)
-    assert at_home.all()
-    check_standard_normals(((fix - pose) / 0.1).T, believable)
+def test_a_fix_errs_in_each_number_by_itself(fresh):
+    pose = np.tile([0.3, -0.4, 1.0], (3, 1))
+    _, fix = fixes(pose, fresh(3), noise=0.1)
+    assert_allclose(fix, pose + 0.1 * drawn(normal, fresh(3), 3), atol=1e-6)
 
 
 def judged(claim, pose, goal, streams, tolerance=0.2):
@@ -220,33 +203,26 @@ def test_a_claim_is_right_within_the_tolerance_and_only_claimers_get_new_goals(f
     assert at_the_tolerance[:3] == ([3], [5], [0.0])
 
 
-def test_new_goals_are_uniform_in_the_square(fresh, believable):
-    rows = 10_000
-    *_, goal = judged([True] * rows, np.zeros((rows, 3)), np.zeros((rows, 2)), fresh(rows))
-    for axis in goal.T:
-        believable(stats.kstest(axis, stats.uniform(-5.0, 10.0).cdf).pvalue)
-    check_uncorrelated(goal.T)
+def test_new_goals_are_uniform_in_the_square(fresh):
+    *_, goal = judged([True] * 3, np.zeros((3, 3)), np.zeros((3, 2)), fresh(3))
+    assert_allclose(goal, 5.0 * drawn(symmetric, fresh(3), 2))
 
 
-def test_robots_start_about_home_and_their_first_goals_are_ahead_in_x_and_y(fresh, believable):
-    rows = 5000
-    robots, places = robots_with(rows), fresh(rows, 1)
-    robots.streams[:, GOAL] = fresh(rows, 2)
+def test_robots_start_about_home_and_their_first_goals_are_ahead_in_x_and_y(fresh):
+    robots, places = robots_with(3), fresh(3, 1)
+    robots.streams[:, GOAL] = fresh(3, 2)
     for i, robot in enumerate(robots):
         place_at_home(robot, WORLD, places, i)
-    for axis, half in zip(robots.pose.T, (1.0, 1.0, math.pi), strict=True):
-        believable(stats.kstest(axis, stats.uniform(-half, 2.0 * half).cdf).pvalue)
-    for axis in robots.goal.T:
-        believable(stats.kstest(axis, stats.uniform(1.0, 4.0).cdf).pvalue)
-    assert_array_equal(robots.motion, np.tile([0.5, 0.0], (rows, 1)))
+    assert_allclose(robots.pose, drawn(symmetric, fresh(3, 1), 3) * [1.0, 1.0, math.pi])
+    assert_allclose(robots.goal, 1.0 + 4.0 * drawn(unit, fresh(3, 2), 2))
+    assert_array_equal(robots.motion, np.tile([0.5, 0.0], (3, 1)))
 
 
-def test_devices_differ_in_noise_by_the_spread_and_in_bias_by_its_deviation(fresh, believable):
-    robots, streams = robots_with(10_000), fresh(10_000)
+def test_devices_differ_in_noise_by_the_spread_and_in_bias_by_its_deviation(fresh):
+    robots, streams, same = robots_with(3), fresh(3), fresh(3)
     world = world_with(noise=[0.05, 0.02], bias=[0.005, 0.05], spread=0.01)
     for i, robot in enumerate(robots):
         draw_devices(robot, world, streams, i)
-    for found, size in zip(robots.deviation.T, (0.05, 0.02), strict=True):
-        believable(stats.kstest(found / size, stats.uniform(0.99, 0.02).cdf).pvalue)
-    check_standard_normals((robots.bias / [0.005, 0.05]).T, believable)
-    check_uncorrelated([*robots.deviation.T, *robots.bias.T])
+        for k in range(2):
+            assert robot.deviation[k] == world.noise[k] * (1.0 + 0.01 * symmetric(same, i))
+            assert robot.bias[k] == world.bias[k] * normal(same, i)

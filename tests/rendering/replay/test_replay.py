@@ -89,14 +89,6 @@ def test_a_smaller_budget_keeps_fewer_frames(stage, scenes):
     assert sizes[1][1] * 4 / 3 < 40_000
 
 
-def test_a_file_is_replaced_as_a_whole(replay, tmp_path):
-    file = tmp_path / "x.html"
-    file.write_text("before")
-    replay.write(file)
-    assert file.read_text(encoding="utf-8") == replay.page()
-    assert list(tmp_path.iterdir()) == [file]
-
-
 @pytest.mark.parametrize("name", ["file/x.html", "folder"])
 def test_a_file_that_cannot_be_written_is_refused_in_one_line(replay, tmp_path, name):
     (tmp_path / "file").write_text("")

@@ -1,3 +1,0 @@
-"""The package of somebody else's is imported in a process of its own only."""
-
-collect_ignore = ["second"]
