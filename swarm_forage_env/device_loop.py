@@ -26,8 +26,8 @@ from swarm_forage_env.worlds_on_cpu import PlacedArray, checked_device
 MAX_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
 
-ENOUGH_BLOCKS = 320
-"""Blocks among which few worlds are spread, a few for each multiprocessor of a large GPU."""
+ENOUGH_BLOCKS = 160
+"""Blocks among which few worlds are spread: about one for each multiprocessor of a large GPU."""
 
 
 class DeviceLoop:
@@ -239,7 +239,7 @@ def grid_of(n_worlds: int, n_robots: int) -> Grid:
     >>> grid_of(10_000, 10)
     (834, (10, 12))
     >>> grid_of(1000, 10)
-    (334, (10, 3))
+    (167, (10, 6))
     >>> grid_of(3, 1000)
     (3, (128, 1))
     """

@@ -42,10 +42,15 @@ class Preset:
     keywords: EnvOptions = field(default_factory=EnvOptions)
     """Keywords of the environment that are not its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
+    on_gpu: PPOHyperparameters | None = None  # None: the same
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
     network: type[ActorCritic] = ActorCritic
     vec_env: type[TensorVecEnv] = TensorVecEnv
 
+
+THOUSANDS = PPOHyperparameters(n_steps=32, n_minibatches=8, n_epochs=4, learning_rate=2e-3)
+"""For thousands of worlds on a GPU: the best of six by the round trips after six seconds
+(docs/guides/gpu.md)."""
 
 PRESETS: Mapping[str, Preset] = {
     "weighting": Preset(
@@ -54,8 +59,8 @@ PRESETS: Mapping[str, Preset] = {
         log_std=-0.7,
         vec_env=ErrorRewardVecEnv,
     ),
-    "motion": Preset(),
-    "both": Preset(),
+    "motion": Preset(on_gpu=THOUSANDS),
+    "both": Preset(on_gpu=THOUSANDS),
     "everything": Preset(
         {"decision_period": 10, "shaping": 1.0, "discount": 0.99},
         PPOHyperparameters(n_steps=64, n_minibatches=8, n_epochs=3, learning_rate=5e-4),
@@ -92,7 +97,8 @@ class PPOTraining(Training):
         preset, n_observed = PRESETS[experiment.layer], len(env.observation_layout)
         n_actions = len(env.blocks[0].action_layout)
         policy = preset.network(n_observed, n_actions, log_std=preset.log_std)
-        self._learner = PPOLearner(env, policy, preset.hyperparameters)
+        terms = preset.on_gpu if experiment.device == "cuda" else None
+        self._learner = PPOLearner(env, policy, terms or preset.hyperparameters)
         self._best = self._weights
         self._open()
 

@@ -32,9 +32,18 @@ if TYPE_CHECKING:
     from training.policy_file import Interval
 
 
-BUDGET = {"cma": 100, "imitation": 10, "ppo": 6_000_000, "ppo of everything": 200_000_000}
-EVERY = {"cma": 5, "imitation": 2, "ppo": 1_500_000, "ppo of everything": 20_000_000}
-WORLDS = {"cma": 8, "imitation": 24, "ppo": 8, "ppo of everything": 64}
+ON_GPU = "ppo on a GPU"
+"""PPO of motion or both there."""
+
+BUDGET = {
+    "cma": 100, "imitation": 10, "ppo": 6_000_000, "ppo of everything": 200_000_000,
+    ON_GPU: 500_000_000,
+}  # fmt: skip
+EVERY = {
+    "cma": 5, "imitation": 2, "ppo": 1_500_000, "ppo of everything": 20_000_000,
+    ON_GPU: 250_000_000,
+}  # fmt: skip
+WORLDS = {"cma": 8, "imitation": 24, "ppo": 8, "ppo of everything": 64, ON_GPU: 2048}
 
 
 def _option(text: str, default: str | dict[str, int]) -> object:
@@ -137,6 +146,8 @@ def train(  # noqa: PLR0913 the options of a command
         raise ConfigError(f"--controller={controller}: runs the other layers; there are none")
     own = f"{algorithm} of {layer}"
     kind = own if own in BUDGET else algorithm
+    if (device, algorithm) == ("cuda", "ppo") and layer in ("motion", "both"):
+        kind = ON_GPU
     experiment = Experiment(
         layer=layer,
         scenarios=tuple(scenarios),

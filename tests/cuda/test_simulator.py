@@ -216,7 +216,7 @@ from baselines.evaluation.bench import gpu
 from baselines.evaluation.bench.cases import Case
 from swarm_forage_env.scenarios import find_scenario
 
-gpu.TICKS = 1
+gpu.TICKS = gpu.DECISIONS = 1
 scenario = find_scenario("es1", {"task.n_robots": "2"})
 found = gpu.measure_case(Case("es1 x 1", scenario, 1, warm_up=5), 1, quick=True)
 assert found["gpu"] > 0.0 and found["cpu"] > 0.0 and found["environment"] > 0.0

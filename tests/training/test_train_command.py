@@ -54,6 +54,20 @@ def test_a_layer_is_trained_as_the_help_promises(made, layer, algorithm, numbers
 
 
 @pytest.mark.parametrize(
+    ("layer", "numbers"),
+    [
+        ("motion", (500_000_000, 250_000_000, 2048)),
+        ("everything", (200_000_000, 20_000_000, 64)),
+        ("weighting", (100, 5, 8)),
+    ],
+)
+def test_a_gpu_trains_a_motion_in_thousands_of_worlds(made, monkeypatch, layer, numbers):
+    monkeypatch.setattr(Experiment, "check", lambda own: None)
+    experiment, _ = made(layer, "es1", "--device=cuda", "--physics=kinematic")
+    assert (experiment.budget, experiment.every, experiment.worlds) == numbers
+
+
+@pytest.mark.parametrize(
     ("options", "told"),
     [
         (["motion", "es1", "--backend=ray"], "--backend=ray: is for --algorithm cma"),
@@ -95,7 +109,7 @@ def test_the_help_lists_the_defaults_of_each_algorithm():
     assert len(train_command.app.registered_commands) == n_commands
     shown = CliRunner().invoke(train_command.app, ["train", "--help"], env={"COLUMNS": "300"})
     for told in ("cma: 100, imitation: 10, ppo: 6000000", "cma: 5, imitation: 2, ppo: 1500000",
-                 "cma: 8, imitation: 24, ppo: 8"):  # fmt: skip
+                 "cma: 8, imitation: 24, ppo: 8", "ppo on a GPU: 2048"):  # fmt: skip
         assert told in shown.output
 
 

@@ -23,7 +23,8 @@ N_WORLDS = {"es1": (1, 10, 100, 1_000, 10_000, 100_000), "es3": (1, 10, 100, 1_0
 """Numbers of worlds of each scenario that are timed."""
 
 QUICK_WORLDS = 1_000  # the most worlds of a quick run
-TICKS = 10  # ticks of the GPU between two that the CPU waits for
+TICKS = 100  # ticks of a launch
+DECISIONS = 10  # decisions between two that the CPU waits for
 
 
 def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
@@ -57,8 +58,7 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
     first = time.perf_counter() - start
 
     def tick() -> None:
-        for _ in range(TICKS):
-            there.step()
+        there.run(TICKS)
         there.check()
 
     for _ in range(case.n_warm_up(quick) // TICKS):
@@ -100,11 +100,11 @@ def seconds_in_environment(case: Case, quick: bool) -> tuple[float, float]:
     room = env.step_and_reset(actions).room
 
     def steps() -> None:
-        for _ in range(TICKS):
+        for _ in range(DECISIONS):
             env.step_and_reset(actions, room)
         env.check()  # waits for the GPU
 
-    return made, seconds_per_tick(steps, quick) / (TICKS * int(env.config.period))
+    return made, seconds_per_tick(steps, quick) / (DECISIONS * int(env.config.period))
 
 
 def vmas_seconds(n_worlds: int, quick: bool, device: str = "cuda") -> float | None:
@@ -156,7 +156,7 @@ def _memory(loop: DeviceLoop, rows: int) -> Measured:
 def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
     """Mean time of each stage of a tick [s]; zeros in a simulator, which has no clock."""
     ticks = []
-    for _ in range(TICKS):
+    for _ in range(DECISIONS):
         marks = [loop.memory.mark()]
         for run in loop.stages.values():
             run()
@@ -164,7 +164,7 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
         ticks.append(marks)
     marks[-1].synchronize()  # codespell:ignore
     means = (
-        sum(marks[k].elapsed_time(marks[k + 1]) for marks in ticks) / TICKS / 1e3
+        sum(marks[k].elapsed_time(marks[k + 1]) for marks in ticks) / DECISIONS / 1e3
         for k in range(len(loop.stages))
     )
     return dict(zip(loop.stages, means, strict=True))
