@@ -20,9 +20,10 @@ import torch
 from baselines.controller import LayeredController
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Int64
-from swarm_forage_env.envs.array_env import ArrayEnv, checked_device
+from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.keywords import EnvOptions, OwnName
 from swarm_forage_env.envs.make import checked_parts
+from swarm_forage_env.worlds_on_cpu import checked_device
 from training.actor_critic import ActorCritic, RecurrentActorCritic
 from training.exchanges import ErrorRewardVecEnv
 from training.experiment import Experiment, step_seed, worlds_per_scenario
