@@ -31,7 +31,7 @@ from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import BEGINS, STANDS
-from swarm_forage_env.worlds_on_cpu import Device, Memory, PlacedArray
+from swarm_forage_env.worlds_on_cpu import Device, Memory, PlacedArray, checked_device
 
 Infos = dict[str, Any]
 """Numbers that are no observation, by name: arrays of shape (worlds, learners) or (worlds,)."""
