@@ -30,8 +30,8 @@ from swarm_forage_env.fingerprint import plain as plain
 from swarm_forage_env.gpu_kernels import (
     GPU_OPTIONS,
     PreparedKernel,
+    as_on_cpu,
     compiled_for_gpu,
-    with_loops_once,
 )
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
@@ -229,7 +229,7 @@ class _Locator:
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
         # the last: machine code of before could be called in the place of another function
         options = INLINED, Lean.__name__, config.BOUNDSCHECK, _name_functions_anew.__name__
-        of_gpu = GPU_OPTIONS, with_loops_once.__name__
+        of_gpu = GPU_OPTIONS, as_on_cpu.__name__
         self._key = fingerprint(function, *compilers, *options, *of_gpu)
 
     @classmethod

@@ -21,16 +21,21 @@ LABEL = re.compile(r'"?([\w.$-]+)"?:')
 BRANCH = re.compile(r"\s+br .*label ")
 TARGET = re.compile(r'label %"?([\w.$-]+)"?')
 
+EXTREME = re.compile(
+    r'\s+%"(?P<to>[^"]+)" = call (?P<kind>\w+) @"__nv_f(?P<name>max|min)f?"'
+    r"\(\w+ +(?P<one>\S+), \w+ +(?P<other>\S+)\)"
+)
+
 LOOP, ONCE = "!9000001", "!9000002"
 """Numbers of what marks a loop in LLVM's text."""
 
 
 @contextmanager
 def compiled_for_gpu() -> Iterator[None]:
-    """What is compiled for a GPU meanwhile has each loop once and rounds as a CPU does.
+    """What is compiled for a GPU meanwhile has each loop once, and the numbers of a CPU.
 
-    Each product and each sum is rounded. Numba's decorator has no option for either, but what it
-    calls to make PTX takes LLVM's text and an option.
+    Numba's decorator has no option for either, but what it calls to make PTX takes LLVM's text and
+    whether a product and a sum are rounded each.
     """
     from numba.cuda.cudadrv import nvvm
 
@@ -39,7 +44,7 @@ def compiled_for_gpu() -> Iterator[None]:
 
         def compile_ir(texts: str | Sequence[str], **options: object) -> bytes:
             every = [texts] if isinstance(texts, str) else texts
-            ptx: bytes = usual([*map(with_loops_once, every)], **{**options, "fma": False})
+            ptx: bytes = usual([*map(as_on_cpu, every)], **{**options, "fma": False})
             return ptx
 
         nvvm.compile_ir = compile_ir
@@ -49,10 +54,11 @@ def compiled_for_gpu() -> Iterator[None]:
             nvvm.compile_ir = usual
 
 
-def with_loops_once(text: str) -> str:
-    """LLVM's text of functions, in which no loop may be unrolled.
+def as_on_cpu(text: str) -> str:
+    """LLVM's text of functions, in which no loop may be unrolled and `max` and `min` are Python's.
 
-    A loop ends with a branch back: to a block that stands before it in its function.
+    A loop ends with a branch back: to a block that stands before it in its function. Of two zeros
+    of unlike signs Python takes the first one, and a GPU the positive one.
 
     Source: LLVM Language Reference Manual, llvm.loop.unroll.disable.
     """
@@ -65,9 +71,21 @@ def with_loops_once(text: str) -> str:
             before.add(label[1])
         elif BRANCH.match(line) and not before.isdisjoint(TARGET.findall(line)):
             marked += f", !llvm.loop {LOOP}"
+        elif extreme := EXTREME.match(line):
+            marked = _compared(**extreme.groupdict())
         lines.append(marked)
     mark = f"{LOOP} = distinct !{{{LOOP}, {ONCE}}}", f'{ONCE} = !{{!"llvm.loop.unroll.disable"}}'
     return "\n".join([*lines, *mark])
+
+
+def _compared(to: str, kind: str, name: str, one: str, other: str) -> str:
+    """The larger or the smaller of two numbers: the second one if it is, else the first."""
+    order = "ogt" if name == "max" else "olt"
+    is_other = f'%"{to}.is_other"'
+    return (
+        f"  {is_other} = fcmp {order} {kind} {other}, {one}\n"
+        f'  %"{to}" = select i1 {is_other}, {kind} {other}, {kind} {one}'
+    )
 
 
 class PreparedKernel:

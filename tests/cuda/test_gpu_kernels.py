@@ -36,6 +36,17 @@ def test_a_loop_is_in_the_machine_code_once(ptx):
     assert text.count("div.rn.f64") == 1
 
 
+@kernel
+def positive(x):
+    return max(-x, 0.0)
+
+
+def test_the_larger_of_two_zeros_is_the_first_one_as_in_python(ptx):
+    numbers = np.ones(3)
+    text = ptx(bind_grid(apply, {"change": positive}), numbers, (numbers, 1), 3)
+    assert "max.f64" not in text  # which takes the positive one
+
+
 DFMA = 0x22B
 """The code of a fused product and sum of doubles in the machine code of CAPABILITY: 12 bits of 128.
 
