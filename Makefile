@@ -148,8 +148,10 @@ bench: $(READY)  ## robot-steps per second against the budgets
 
 bench-cuda: .venv-cuda/.ready  ## all figures of a GPU: speed, PPO from scratch, CMA-ES (needs one)
 	.venv-cuda/bin/swarm-forage bench --device cuda
-	.venv-cuda/bin/swarm-forage train motion es1 --device cuda --physics kinematic --worlds 1024 \
-		--budget 1000000000 --every 200000000 --out runs/ppo_on_gpu
+	.venv-cuda/bin/swarm-forage train motion es1 --device cuda --physics kinematic \
+		--out runs/ppo_on_gpu
+	.venv-cuda/bin/swarm-forage evaluate es1 ssgikf learned-both --device cuda \
+		--physics kinematic --episodes 10000 --out runs/evaluated_on_gpu
 	.venv-cuda/bin/swarm-forage train motion es1 --device cuda --physics kinematic \
 		--algorithm cma --worlds 600 --out runs/cma_on_gpu
 
