@@ -215,7 +215,7 @@ def test_a_node_that_dies_in_mid_run_loses_and_repeats_nothing(
     cluster.add_node(num_cpus=1)
     plan, kept, keep = plan_of(tmp_path / "ray"), [], Dataset.keep
     monkeypatch.setattr(Dataset, "keep", lambda *given: (kept.extend(given[2]), keep(*given)))
-    blocks = plan.blocks(3)
+    blocks = plan.blocks(JoblibBackend(3))
     with ThreadPoolExecutor(1) as pool:
         killed = pool.submit(kill_one)
         assert sum(plan.run(Held(3, address=cluster.address))) == len(kept) == 16
