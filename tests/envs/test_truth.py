@@ -92,18 +92,3 @@ def test_infos_are_numbers_under_the_same_keys_from_reset_on(scenario, names, le
             assert all(type(number) is float for number in info.values())
             assert np.isfinite(list(info.values())).all()
         *_, infos = env.step(act())
-
-
-def test_a_learner_of_everything_has_no_beliefs_but_the_same_state(sampler):
-    env = parallel_env(learn="everything")
-    assert env.state_layout == parallel_env(learn="motion").state_layout
-    env.reset(seed=0)
-    act = sampler(env, 0)
-    for _ in range(50):
-        *_, infos = env.step(act())
-    words = ("known", "believed", ".p.", "goal")
-    believed = [n for name, n in named(env).items() if any(word in name for word in words)]
-    assert len(believed) == 10 * 11
-    assert not any(believed)
-    assert {info["localisation_error_m"] for info in infos.values()} == {0.0}
-    assert sum(info["messages"] for info in infos.values()) > 0
