@@ -105,25 +105,6 @@ def test_every_robot_weighs_by_its_own_numbers():
     assert differ > 5
 
 
-def test_who_has_another_estimator_is_heard_and_tells_nothing():
-    lonely = 0
-    swarm = MixedController((named("sikf"), *[named("dsgiff")] * (N - 1)))
-    loop = Loop(busy(), swarm, [4], "kinematic")
-    from_lonely = to_lonely = exchanges = 0
-    for _ in range(2 * TICKS):
-        loop.step()
-        heard = loop.world.robots["heard"][0]
-        slots = np.arange(heard["sender"].shape[1]) < heard["n"][:, None]
-        from_lonely += np.count_nonzero(slots[1:] & (heard["sender"][1:] == lonely))
-        to_lonely += heard["n"][lonely]
-        assert not loop.exchange.is_valid[lonely]
-        assert not loop.situation.is_talking[lonely]
-        exchanges += loop.exchange.is_valid.sum()
-    crowd = loop.controller._running[1].minds["estimator"]
-    assert not np.any(crowd["belief"]["met"] == lonely)
-    assert min(from_lonely, to_lonely, exchanges) > 20
-
-
 def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():
     swarm = mixed(named("dsgiff"), named("sikf"), replace(named("dsgiff"), motion=OUTSIDE))
     one, other = (Loop(busy(), swarm, [4], "kinematic") for _ in range(2))

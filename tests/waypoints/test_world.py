@@ -118,19 +118,6 @@ def test_an_engine_with_contacts_is_refused():
         world_of(0, physics="rigid")
 
 
-def test_a_claim_is_judged_where_the_robot_stood_when_it_claimed():
-    world = world_of(0)
-    state = world.state
-    state.pose[:] = 0.0
-    state.motion[:, 0] = 0.5
-    state.goal[:] = [[0.1, 0.1], [0.4, 0.0], [0.1, 0.1], [0.0, 0.0], [3.0, 0.0]]
-    told(world, 0.0, [True, True, False, True, True])
-    assert state.reward.tolist() == [1.0, 0.0, 0.0, 1.0, 0.0]
-    assert state.right.tolist() == [1, 0, 0, 1, 0]
-    assert state.wrong.tolist() == [0, 1, 0, 0, 1]
-    assert_array_equal(state.readings.goal, state.goal.astype(np.float32))
-
-
 def meets(seen, robots):
     """Who sees any of some robots, or is seen by one."""
     return seen[:, robots].any(axis=1) | seen[robots].any(axis=0)
