@@ -12,7 +12,6 @@ from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from swarm_forage_env.waypoints.records import (
     GOAL,
-    LANDMARK,
     LIDAR,
     RobotState,
     Sighting,
@@ -20,7 +19,6 @@ from swarm_forage_env.waypoints.records import (
 )
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.tick import (
-    fix_at_home,
     judge_claim,
     limited,
     tick_world,
@@ -117,22 +115,6 @@ def test_the_measured_range_and_not_the_true_one_decides_who_is_seen(d, fresh):
     assert_array_equal(seen.any(axis=1), measured < 1.0)
     assert 0 < seen.sum() < 100
     assert far.max() <= 1.0
-
-
-def fixes(pose, streams, noise=0.001):
-    robots = robots_with(len(pose), pose=pose)
-    robots.readings.home_fix[:] = 1.0
-    robots.streams[:, LANDMARK] = streams
-    for robot in robots:
-        fix_at_home(robot, world_with(home_noise=noise))
-    return robots.readings.at_home, robots.readings.home_fix
-
-
-def test_home_tells_the_pose_within_reach_and_zeros_beyond(fresh):
-    pose = [[0.6, 0.7, 1.0], [0.6, 0.8, 1.0], [0.0, 0.0, -2.0], [-3.0, 0.1, 2.0]]
-    at_home, fix = fixes(pose, fresh(4), noise=0.0)
-    assert at_home.tolist() == [True, False, True, False]
-    assert_array_equal(fix, np.array([pose[0], [0, 0, 0], pose[2], [0, 0, 0]], np.float32))
 
 
 def judged(claim, pose, goal, streams, tolerance=0.2):
