@@ -216,14 +216,6 @@ def applied(change):
     return numbers.tolist()
 
 
-def test_compositions_of_one_template_do_not_mix(fresh_cache):
-    for _ in range(2):
-        _bound.cache_clear()  # the second time the machine code comes from the disk
-        assert applied(double) == [2.0, 4.0, 6.0]
-        assert applied(negate) == [-1.0, -2.0, -3.0]
-        assert applied(add) == [1.0, 3.0, 5.0]
-
-
 @compiled
 def test_the_same_composition_shares_its_machine_code_on_disk(fresh_cache):
     made = []

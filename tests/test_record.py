@@ -9,7 +9,6 @@ from swarm_forage_env.record import (
     Record,
     field,
     one_record,
-    record_dtype,
 )
 from tests.columns import check_same_bits, columns
 
@@ -29,11 +28,6 @@ class Vehicle(Record):
 
 class Lorry(Vehicle):
     load: float = field(np.float32, unit="kg", scale=1e3, start=2.5)
-
-
-class Trailer(Record):
-    wheels: Array = field(Wheel, 4)
-    start_speed: float = field(np.float64, start=1.0)
 
 
 def test_records_are_compared_by_the_bits_of_their_fields_whatever_the_gaps_hold():
@@ -81,37 +75,6 @@ def test_an_array_starts_with_the_first_values_nested_records_with_those_of_thei
     assert np.all(made["load"] == 2.5)
     assert np.all(made["pose"] == 0.0)
     assert not made["left"]["is_stuck"].any()
-
-
-def test_a_restart_gives_some_records_their_first_values_and_leaves_the_others():
-    made = Lorry.array((2, 3), slots=4)
-    made["goal"], made["load"], made["right"]["speed"] = 1, 9.0, 4.0
-    Lorry.restart(made[1])
-    assert made["goal"].tolist() == [[1] * 3, [-1] * 3]
-    assert made["load"].tolist() == [[9.0] * 3, [2.5] * 3]
-    assert made["right"]["speed"].tolist() == [[4.0] * 3, [0.0] * 3]
-    Lorry.restart(made[0, 1:2])
-    assert made["goal"].tolist() == [[1, -1, 1], [-1] * 3]
-
-
-def test_a_restart_leaves_the_columns_that_others_have_added():
-    made = np.zeros(
-        2, record_dtype([("met", np.int64), ("speed", np.float64), ("is_stuck", np.bool_)])
-    )
-    made["met"], made["speed"] = 3, 4.0
-    Wheel.restart(made)
-    assert made["met"].tolist() == [3, 3]
-    assert made["speed"].tolist() == [0.0, 0.0]
-
-
-def test_a_record_may_hold_several_of_another():
-    made = Trailer.array((2,))
-    assert made["wheels"].shape == (2, 4)
-    made["wheels"]["speed"][1, 2] = 5.0
-    assert made[1]["wheels"][2]["speed"] == 5.0
-    Trailer.restart(made)
-    assert made["start_speed"].tolist() == [1.0, 1.0]
-    assert not made["wheels"]["speed"].any()
 
 
 def test_numba_takes_no_numbers_for_those_that_another_record_begins_with():

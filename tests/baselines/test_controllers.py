@@ -75,17 +75,6 @@ def test_a_composition_of_another_number_of_layers_is_refused_with_an_example(na
         find_controller(name)
 
 
-def test_parameters_are_changed_by_path_or_last_word_and_the_original_stays():
-    before = CONTROLLERS["ssgiff"].parameters
-    changed = CONTROLLERS["ssgiff"].with_parameters(
-        {"weighting.beta": "0.5", "refractory": 3, "avoidance": "literal"}
-    )
-    assert changed.parameters["weighting.beta"] == 0.5
-    assert changed.parameters["estimator.refractory"] == 3.0
-    assert changed.parameters["motion.avoidance"] == "literal"
-    assert CONTROLLERS["ssgiff"].parameters == before
-
-
 @pytest.mark.parametrize(
     ("values", "message"),
     [

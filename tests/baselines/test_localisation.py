@@ -35,9 +35,7 @@ from baselines.estimators.small_matrices import (
 )
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import one_record, rows
-from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.records import Readings, Sighting
 
@@ -398,30 +396,6 @@ def test_whatever_happens_a_covariance_stays_one(places, story):
         for P in s["P"]:  # noqa: N806 as in the paper
             assert_array_equal(P, P.T)
             assert least_eigenvalue(P) >= -1e-12 * np.linalg.norm(P, 2)
-
-
-QUIET = {
-    "sensors.speed_noise": 1e-9,
-    "sensors.speed_bias": 0.0,
-    "sensors.turn_noise": 1e-9,
-    "sensors.turn_bias": 0.0,
-    "sensors.home_noise": 1e-4,
-}
-
-
-@pytest.mark.parametrize("setting", ["authors", "corrected"])
-def test_without_noise_dead_reckoning_is_the_motion(setting):
-    scenario = find_scenario("waypoints-10", QUIET)
-    chosen = {"estimator": "dead_reckoning", "setting": setting}
-    loop = Loop(scenario, CONTROLLERS["boids-goal"].with_parameters(chosen), [1, 2])
-    believed, state = rows(loop.controller.minds["estimator"]["belief"]), loop.world.state
-    for _ in range(scenario.n_ticks):
-        loop.step()
-        off = believed.pose - state.pose
-        assert np.abs(off[:, :2]).max() < 1e-2
-        assert np.abs(np.angle(np.exp(1j * off[:, 2]))).max() < 1e-3
-    assert state.right.sum() > 10
-    assert state.wrong.sum() <= 1
 
 
 def test_a_matrix_without_an_inverse_has_no_finite_one():

@@ -12,12 +12,6 @@ from baselines.estimators.belief import NOWHERE
 from baselines.estimators.message_exchange import heard_location
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body
-from swarm_forage_env.interface import REPLACE
-from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import rows
-from swarm_forage_env.registry import CONTROLLERS
-from swarm_forage_env.scenarios import find_scenario
-from tests.beliefs import localisation_error
 
 PLACES, ANGLES = st.floats(-3.0, 3.0), st.floats(-math.pi, math.pi)
 POSES = st.tuples(PLACES, PLACES, ANGLES)
@@ -201,24 +195,3 @@ def test_who_looked_in_vain_is_lost_forgets_both_areas_and_hears_nothing(believe
         talking.append(robot.talking[0])
     assert talking == [False] * 9 + [True] * 2
     assert not any(robot.lost)
-
-
-def beliefs_of(loop):
-    """What every robot of a block believes, a row for each."""
-    return rows(loop.controller.minds["estimator"]).belief
-
-
-EXACT = {"wheel_noise": 0.0, "ground_noise": 0.0, "n_robots": 1, "area_distance": 1.0}
-
-
-@pytest.mark.parametrize("area", [NEST, PREY])
-def test_exact_encoders_find_a_centre_that_is_headed_for_within_a_tick(area):
-    scenario = find_scenario("es1", EXACT)
-    loop = Loop(scenario, CONTROLLERS["nc"], [0], "kinematic")
-    x, y = loop.world.areas[area]
-    loop.world.state.pose[:] = [x + 0.3 * math.cos(1.0), y + 0.3 * math.sin(1.0), 1.0 - math.pi]
-    beliefs, action = beliefs_of(loop), loop.world.state.action
-    action.motion[:], action.wheels[:] = REPLACE, 1.0
-    while not beliefs.known[0, area]:
-        loop.step()
-    assert localisation_error(loop)[0, area] <= scenario.robot.cruise_speed * scenario.tick + 1e-6

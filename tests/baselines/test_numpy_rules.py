@@ -14,13 +14,7 @@ from swarm_forage_env.scenarios import find_scenario
 from tests.outside import SGIKFInNumPy
 
 ENGINES = ("rigid", "kinematic")
-BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
-"""Fast robots and near areas: round trips and exchanges within a minute."""
 TICKS = 600
-
-
-def busy():
-    return find_scenario("es1", {**BUSY, "task.duration": 60.0})
 
 
 class Constant:
@@ -42,11 +36,11 @@ class Constant:
 
 @pytest.mark.parametrize("physics", ENGINES)
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(physics, threads):
+def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(busy, physics, threads):
     compiled = CONTROLLERS["dsgikf"]
     rule = replace(compiled, weighting=SGIKFInNumPy())
     one, other = (
-        Loop(busy(), controller, [0, 1, 2], physics, threads) for controller in (compiled, rule)
+        Loop(busy, controller, [0, 1, 2], physics, threads) for controller in (compiled, rule)
     )
     one.run(TICKS)
     other.run(TICKS)
@@ -58,10 +52,10 @@ def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(physics, threads):
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-def test_a_motion_from_outside_is_handed_to_the_wheels_unless_a_learner_goes_before(physics):
+def test_a_motion_from_outside_is_handed_to_the_wheels_unless_a_learner_goes_before(busy, physics):
     motion = Constant()
     controller = replace(CONTROLLERS["dsgikf"], motion=motion)
-    loop = Loop(busy(), controller, [4, 5], physics)
+    loop = Loop(busy, controller, [4, 5], physics)
     action, command = loop.world.state.action, loop.world.state.command
     action.motion[0], action.wheels[0] = REPLACE, -0.5
     loop.step()

@@ -55,22 +55,6 @@ def test_its_readme_s_command_works_once_it_is_installed(command, tmp_path, monk
     assert ("own_part" in stdout) or ("swarm_forage_v2" in stdout)
 
 
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("My-Rule", "must be small letters"),
-        ("class", "must be small"),
-        ("numpy", "Python has a module"),
-    ],
-)
-def test_a_name_that_no_module_can_have_is_refused(command, tmp_path, monkeypatch, name, says):
-    monkeypatch.chdir(tmp_path)
-    status, stdout, stderr = command("new", "reward", name)
-    assert (status, stdout) == (2, "")
-    assert f"name '{name}': {says}" in stderr
-    assert not list(tmp_path.iterdir())
-
-
 def test_nothing_is_overwritten(command, tmp_path):
     status, _, stderr = command("new", "reward", "own_part", f"--out={tmp_path}")
     assert status == 2

@@ -12,13 +12,17 @@ from training.train_command import add_commands
 @pytest.fixture(autouse=True)
 def _runs_nothing(monkeypatch):
     def run(*_):
-        raise AssertionError("an episode was run")
+        raise AssertionError("a world was run")
 
     monkeypatch.setattr("baselines.evaluation.runner.warm_up", run)
     monkeypatch.setattr("baselines.evaluation.runner._run_block", run)
+    monkeypatch.setattr("training.candidate_rollouts.run_job", run)
+    add_commands()
+    add_benchmark(app)
 
 
 EVALUATE = "evaluate", "es1", "nc"
+TRAIN = "train", "weighting", "es1"
 ON_GPU = "--device=cuda", "--physics=kinematic"
 
 REFUSED = [
@@ -63,6 +67,24 @@ REFUSED = [
     (("bench", "--fast"), "--fast"),
     (("bench", "--device", "tpu"), "device='tpu': must be 'cpu' or 'cuda'"),
     (("bench", "--device", "cuda"), "device='cuda': needs numba-cuda; pip install"),
+    (("train",), "Missing argument 'layer'"),
+    (("train", "weighting"), "Missing argument 'SCENARIO'"),
+    (("train", "sensing", "es1"), "'sensing' is not one of"),
+    ((*TRAIN, "--algorithm=sgd"), "'sgd' is not one of"),
+    ((*TRAIN, "--set=frames"), "must be name=value"),
+    ((*TRAIN, "--out=taken/x"), "--out taken/x: cannot be written"),
+    ((*TRAIN, "--budget=0"), "--budget=0"),
+    (("train", "motion", "es1", "--backend=ray"), "--backend=ray: is for --algorithm cma"),
+    ((*TRAIN, "--backend=ray", "--algorithm=imitation"), "is for --algorithm cma"),
+    ((*TRAIN, "--backend=ray", "--device=cuda"), "leave out --device=cuda"),
+    (("evaluate", "es1", "learned-weighting:policy=gone.safetensors"), "cannot be read"),
+    (("evaluate", "es1", "learned-weighting:policy=taken"), "no policy named 'taken'"),
+    ((*EVALUATE, "learned-both", "--set=radio.slots=2"), "does not fit 'es1': obs"),
+    (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
+    (("new", "reward", "class"), "name 'class': must be small"),
+    (("new", "reward", "numpy"), "name 'numpy': Python has a module"),
+    (("benchmark", "ladder", "--rung=nea"), "no rung named 'nea'"),
+    (("benchmark", "ladder", "--seeds=0", "--page=ladder.txt"), "must end in .md"),
 ]
 
 
@@ -160,8 +182,6 @@ READ = [
 def test_an_address_is_refused_where_there_must_be_a_file_or_folder(
     command, tmp_path, arguments, told, address
 ):
-    add_commands()
-    add_benchmark(app)
     status, stdout, stderr = command(*(each.replace("{}", address) for each in arguments))
     assert (status, stdout, len(stderr.splitlines())) == (2, "", 1)
     assert told.replace("{}", address) in stderr

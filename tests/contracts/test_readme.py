@@ -4,12 +4,9 @@ The rules to add, of CONTRIBUTING and of the guide, keep the contracts of all ru
 """
 
 import importlib.util
-import os
 import re
-import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import pytest
 
@@ -17,8 +14,8 @@ from baselines.evaluation.episode import run_episodes
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
+from tests.scripts import ROOT, run_python
 
-ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 PAGE = (ROOT / "docs" / "environment.md").read_text(encoding="utf-8")
@@ -32,14 +29,6 @@ def blocks(language, text=README):
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
-def run_alone(script):
-    environment = {k: v for k, v in os.environ.items() if k != "SWARM_CHECK_SHAPES"}
-    command = [sys.executable, "-c", script]
-    return subprocess.run(
-        command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False, timeout=500
-    )
-
-
 (EXAMPLE,) = blocks("python")
 RULES = {
     "average": blocks("python", GUIDE)[0],
@@ -48,9 +37,8 @@ RULES = {
 
 
 def test_the_example_runs():
-    run = run_alone("import baselines.controllers\n" + EXAMPLE)
-    assert run.returncode == 0, run.stderr
-    assert float(run.stdout.split()[-1]) >= 0.0
+    printed = run_python("-c", "import baselines.controllers\n" + EXAMPLE)
+    assert float(printed.split()[-1]) >= 0.0
 
 
 def test_the_readme_is_short_and_what_it_links_to_is_there():
@@ -80,8 +68,7 @@ def test_the_badges_say_what_the_project_says():
 )
 def test_the_page_on_the_environment_runs(script):
     pytest.importorskip("stable_baselines3")
-    run = run_alone(script)
-    assert run.returncode == 0, run.stderr
+    run_python("-c", script)
 
 
 def test_the_scenario_file_is_read(tmp_path):

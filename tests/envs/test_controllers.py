@@ -105,29 +105,6 @@ def test_where_all_robots_learn_everything_there_is_no_mixture():
             parallel_env("es1", learn="everything", learners=learners, controller=controller)
 
 
-def test_some_robots_learn_everything_among_hand_written_ones(busy, sampler):
-    team = {"*": "dsgiff", 9: "sikf"}
-    env = parallel_env(
-        busy, learn="everything", learners=[2, 5], controller=team, physics="kinematic"
-    )
-    assert env.possible_agents == ["epuck_2", "epuck_5"]
-    env.reset(seed=3)
-    draw, robots = sampler(env, 0), env.world.robots
-    for _ in range(400):
-        actions = draw()
-        observations, rewards, *_ = env.step(actions)
-        said = env.array_env.loop.controller.minds["words"][0]
-        assert_array_equal(said[[2, 5]], [actions[each][3:] for each in env.possible_agents])
-        for agent, observed in observations.items():
-            assert env.observation_space(agent).contains(observed)
-    assert set(rewards) == set(env.possible_agents)
-    speaks = [actions[each][2] > 0.0 for each in env.possible_agents]
-    assert_array_equal(robots["command"]["is_speaking"][0, [2, 5]], speaks)
-    others = np.delete(np.arange(10), [2, 5])
-    assert robots["report"]["known"][0, others].any(axis=1).sum() > 4
-    assert env.state_space.contains(env.state())
-
-
 def test_hand_written_robots_go_on_as_if_a_learner_of_everything_were_silent(busy):
     """They hear where it is and no more, so what it says makes no difference to them."""
     options = {"learn": "everything", "learners": 1, "physics": "kinematic"}

@@ -103,17 +103,6 @@ def test_only_the_learner_does_what_the_policy_says(busy):
     assert (wheels[0] != theirs[0]).all()
 
 
-def test_a_single_learner_is_rewarded_for_itself_or_as_the_team_is(busy):
-    def earned(made, action, **options):
-        env = gym.make(made, scenario=busy, shaping=1.0, **options)
-        env.reset(seed=3)
-        return env.step(action)[1]
-
-    own, still = earned(TUPLE, (4,) * 10)[0], np.zeros(2, np.float32)
-    assert earned(SINGLE, still) == own
-    assert earned(SINGLE, still, reward="team") != own
-
-
 def test_the_tuple_env_has_the_form_of_level_based_foraging():
     env = gym.make(TUPLE, **FEW)
     assert env.unwrapped.n_agents == 3
@@ -191,13 +180,6 @@ def test_a_bad_action_is_refused_and_changes_nothing(made, action, says):
     (seen, *rest), (expected, *others) = env.step(good), twin.step(good)
     assert_array_equal(seen, expected)
     assert rest == others
-
-
-def test_a_frame_is_drawn_where_a_mode_was_given():
-    swarm = gym.make(JOINT, render_mode="rgb_array")
-    swarm.reset(seed=0)
-    assert swarm.render().shape[1:] == (512, 3)
-    swarm.close()
 
 
 def test_nothing_is_drawn_without_a_mode():

@@ -19,7 +19,6 @@ from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.foraging.records import WORDS
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from tests.commands import parallel_env
@@ -136,20 +135,3 @@ def test_a_held_action_is_the_same_action_given_at_every_tick(learn, residual, p
             assert_array_equal(observation, fast[0][agent])
         assert slow[1] == rewards
         assert slow[4] == fast[4]
-
-
-def test_a_learner_of_everything_hears_what_was_said(constant):
-    env = parallel_env(learn="everything", **{"radio.loss_near": 0.0, "radio.loss_far": 0.0})
-    env.reset(seed=0)
-    words = np.linspace(-1, 1, WORDS, dtype=np.float32)
-    loud, quiet = constant(env, 0, 0, 1, *words), constant(env, 0, 0, -1, *words)
-    names = env.observation_layout.names
-    valid, told = names.index("heard.valid.0"), names.index("heard.words.0.0")
-    said, *_ = env.step(loud)
-    hears = [o for o in said.values() if o[valid] == 1.0]
-    assert hears
-    for observation in hears:
-        assert_array_equal(observation[told : told + WORDS], words)
-    silent, *_ = env.step(quiet)
-    assert not any(o[valid] for o in silent.values())
-    assert env.world.state.lost_events.sum() == 0

@@ -37,30 +37,6 @@ def test_what_nobody_ever_knew_or_reached_is_missing(configure):
     assert episode.on_path_over_time == (0.0,) * 10, "a sample a tick"
 
 
-def test_the_localisation_error_is_sampled_once_a_second(configure):
-    """The same mean, from the poses and beliefs themselves."""
-    configuration = configure(task_duration=60.0)
-    scenario = configuration.scenario
-    loop = Loop(scenario, configuration.controller, [3], configuration.physics)
-    errors = []
-    for tick in range(1, scenario.n_ticks + 1):
-        loop.step()
-        if tick % 10 == 0:
-            errors += believed_minus_true(loop)
-    (episode,) = run(configuration, [3])
-    assert errors
-    assert episode.localisation_error_m == pytest.approx(np.mean(errors), rel=1e-6)
-
-
-def believed_minus_true(loop):
-    situation, truth = loop.situation, loop.world.areas
-    for i, (x, y, heading) in enumerate(loop.world.state.pose):
-        turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-        for area in np.flatnonzero(situation.known[i]):
-            place = (x, y) + turn @ situation.areas[i, area]
-            yield float(np.hypot(*(place - truth[area])))
-
-
 def test_the_series_agree_with_the_numbers_at_the_end(configure):
     """On the path in each hundredth; the last robot recruited is the recruitment time."""
     (episode,) = run(configure(task_duration=600.0), [3])
@@ -150,26 +126,16 @@ def test_the_numbers_are_those_of_the_world_and_the_beliefs():
     assert robots["right"].sum() > 5
 
 
-def test_an_episode_is_found_as_it_was_kept(dataset, waypoint_episode):
-    configuration = configuration_of()
-    other = replace(waypoint_episode, seed=2**64 - 1, success_rate=None)
-    dataset.keep(configuration, [waypoint_episode, other])
-    assert dataset.find(configuration, 3) == waypoint_episode
-    assert dataset.find(configuration, 2**64 - 1) == other
-    assert dataset.find(configuration, 4) is None
-    assert dataset.find(configuration_of("boids-goal"), 3) is None
-    assert dataset.find(configuration_of(tolerance=0.1), 3) is None
-
-
 def test_a_dataset_of_before_is_read_in_which_no_error_was_ever_missing(dataset, waypoint_episode):
-    dataset.keep(configuration_of(), [waypoint_episode])
+    kept = replace(waypoint_episode, seed=2**64 - 1, success_rate=None)
+    dataset.keep(configuration_of(), [kept])
     (file,) = dataset.folder.rglob("*.parquet")
     table = pq.ParquetFile(file).read()
     number = table.schema.get_field_index("position_error_m")
     before = table.schema.field(number).with_nullable(False)
     pq.write_table(table.set_column(number, before, table.column(number)), file)
     (group,) = read_groups([str(dataset.folder)])
-    assert group.episodes == (waypoint_episode,)
+    assert group.episodes == (kept,)
 
 
 def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_episode, episode):

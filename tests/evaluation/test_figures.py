@@ -283,9 +283,7 @@ def walled(dataset, configure):
         {"points": [[-0.2, -0.4], [0.2, -0.4]], "radius": 0.01},
         {"points": [[0.3, 0.3], [0.4, 0.3], [0.4, 0.4]], "radius": 0.0, "is_closed": True},
     ]
-    made = configure()
-    scenario = type(made.scenario)(**made.scenario.model_dump() | {"obstacles": obstacles})
-    made = replace(made, scenario=scenario)
+    made = configure(obstacles=obstacles)
     dataset.keep(made, run_episodes(made.scenario, made.controller, [3], "kinematic"))
     return str(dataset.folder)
 

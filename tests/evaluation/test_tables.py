@@ -150,9 +150,3 @@ def test_it_is_told_by_episodes_that_differ_and_by_a_score_far_below_that_with_n
         assert line.startswith("policy policy0 searches by its noise: ")
         assert part in line
         assert line.endswith("; compare it with policy0,chance=true")
-
-
-def test_episodes_without_round_trips_have_none():
-    controller = SimpleNamespace(parameters={"policy.chance": False})
-    configuration = SimpleNamespace(label="x", controller=controller)
-    assert not list(noise_lines([configuration], [[SimpleNamespace(goals=3)]]))

@@ -9,16 +9,12 @@ from swarm_forage_env.epuck.fault_record import (
     DEAD,
     DEAF,
     KINDS,
-    LIAR,
     MUTE,
     STALE,
-    WORN,
 )
-from swarm_forage_env.epuck.placing import SOURCES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.scenarios import find_scenario
 from tests.worlds import check_each_is_itself
 
@@ -41,21 +37,10 @@ def kinds(found, world=0):
     return found.world.faults["kinds"][world] != 0
 
 
-@pytest.mark.parametrize(("share", "n_faulty"), [(0.04, 0), (0.2, 2), (0.25, 3), (1.0, 10)])
-def test_a_share_is_rounded_to_whole_robots(share, n_faulty):
-    assert kinds(loop(faults__liar__share=share))[:, LIAR].sum() == n_faulty
-
-
 def test_a_larger_share_adds_robots_to_those_of_a_smaller_one():
     few, many = (kinds(loop(faults__deaf__share=share))[:, DEAF] for share in (0.2, 0.5))
     assert (few <= many).all()
     assert few.sum() == 2
-
-
-def test_named_robots_are_the_faulty_ones():
-    found = kinds(loop(faults__liar__robots="[0,3]"))
-    np.testing.assert_array_equal(np.flatnonzero(found[:, LIAR]), [0, 3])
-    assert found.sum() == 2
 
 
 def test_who_is_faulty_depends_on_the_seed_and_not_on_the_other_faults():
@@ -64,13 +49,6 @@ def test_who_is_faulty_depends_on_the_seed_and_not_on_the_other_faults():
     both = loop((3,), faults__mute__share=0.3, faults__liar__share=0.5)
     assert not np.array_equal(kinds(one), kinds(other))
     np.testing.assert_array_equal(kinds(one)[:, MUTE], kinds(both)[:, MUTE])
-
-
-def test_drawing_faults_moves_no_other_draw():
-    plain, faulty = loop(), loop(faults__liar__share=0.5, faults__liar__probability=0.5)
-    for name in ("pose", "streams"):
-        np.testing.assert_array_equal(plain.world.robots[name], faulty.world.robots[name])
-    assert NoiseSource.FAULT not in SOURCES
 
 
 @pytest.mark.parametrize("physics", ["kinematic", "rigid"])
@@ -117,15 +95,6 @@ def test_a_worn_robot_misreads_its_wheels_by_its_bias(go):
     np.testing.assert_allclose(state.readings.odometry[:, 0], path, rtol=1e-5)
     assert abs(state.readings.odometry[0, 1]) == pytest.approx(0.2 * path / axle, rel=1e-5)
     np.testing.assert_allclose(state.readings.odometry[1:, 1], 0.0, atol=1e-9)
-
-
-def test_a_worn_robot_has_noisier_encoders(go):
-    numbers = {"faults__worn__share": 1.0, "faults__worn__bias": 0.0}
-    plain = go(loop().world, wheels=0.06).readings.odometry[:, 0] - 0.006
-    worn = loop(faults__worn__noise_factor=5.0, **numbers).world
-    noisy = go(worn, wheels=0.06)
-    np.testing.assert_allclose(noisy.readings.odometry[:, 0] - 0.006, 5.0 * plain, atol=1e-7)
-    assert worn.faults["kinds"][..., WORN].all()
 
 
 @pytest.mark.parametrize("conspire", ["no", "turn", "place"])

@@ -1,16 +1,17 @@
 """Blocks in which every world has its own numbers: each is that world alone."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 
+from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.sikf import SIKF
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from tests.outside import OutsideMotionPart, SGIKFInNumPy
 from tests.worlds import check_each_is_itself
 
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
@@ -86,30 +87,19 @@ def test_worlds_with_other_numbers_of_robots_are_refused(scenario, controller):
         Loop(scenarios, CONTROLLERS[controller], [0, 1])
 
 
-def numpy_rule():
-    rule = partial(lambda exchange: np.zeros_like(exchange.own_p))
-    rule.heard_p_share = 1.0
-    return rule
-
-
-class Standing:
-    """A motion written in NumPy that says so by a layer of None."""
+class Outside(OutsideMotionPart):
+    """A motion from outside that says so by a layer of None."""
 
     def layer(self, scenario):
         return None
 
-    def start(self, scenario, seeds):
-        return self
 
-    def reset(self, world, seed):
-        """Nothing is remembered."""
-
-    def __call__(self, situation, readings, heard, wheels):
-        return np.zeros_like(wheels)
+def with_a_motion():
+    return replace(NC, motion=Outside(SubsumptionParameters()))
 
 
 NC = CONTROLLERS["nc"]
-WITH_A_RULE, WITH_A_MOTION = replace(NC, weighting=numpy_rule()), replace(NC, motion=Standing())
+WITH_A_RULE = replace(NC, weighting=SGIKFInNumPy())
 
 
 @pytest.mark.parametrize(
@@ -118,8 +108,8 @@ WITH_A_RULE, WITH_A_MOTION = replace(NC, weighting=numpy_rule()), replace(NC, mo
         (NC, CONTROLLERS["ssgiff"], "weighting"),
         (NC, replace(NC, weighting=SIKF()), "weighting"),
         (NC, WITH_A_RULE, "weighting"),
-        (WITH_A_RULE, replace(NC, weighting=numpy_rule()), "weighting"),
-        (WITH_A_MOTION, replace(NC, motion=Standing()), "motion"),
+        (WITH_A_RULE, replace(NC, weighting=SGIKFInNumPy()), "weighting"),
+        (with_a_motion(), with_a_motion(), "motion"),
     ],
 )
 def test_worlds_with_other_layers_are_refused(first, other, layer):

@@ -7,7 +7,6 @@ import pytest
 
 import baselines.oracles.controllers  # noqa: F401 enters the references
 from baselines.motion.subsumption import SubsumptionParameters
-from baselines.weighting.sgiff import CENTIMETRES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE
@@ -22,7 +21,6 @@ BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "durati
 TICKS = 500
 N = 10
 OUTSIDE = OutsideMotionPart(SubsumptionParameters())
-TALKATIVE = {"pause": 0.5, "refractory": 1.0}
 
 
 def named(name, **values):
@@ -80,48 +78,6 @@ def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swar
 @pytest.mark.parametrize("physics", ["rigid", "kinematic"])
 def test_a_mixed_world_in_a_block_is_the_world_alone(swarm, physics):
     check_each_is_itself(busy(), swarm, [1, 2, 3], physics, 150)
-
-
-def test_every_robot_weighs_by_its_own_numbers():
-    betas = np.tile([0.001, 0.2], N // 2)
-    swarm = mixed(*(named("dsgiff", beta=beta, **TALKATIVE) for beta in betas))
-    loop = Loop(busy(), swarm, [4], "kinematic")
-    differ, counted = 0, np.zeros(N, int)
-    for _ in range(3 * TICKS):
-        shown = loop.exchange
-        ended = shown.own_known.all(axis=1) & shown.heard_known.all(axis=1)
-        ahead = np.float64(shown.own_p) - np.float64(shown.heard_p)
-        loop.step()
-        weight = loop.controller.minds["estimator"]["exchange"]["weight"][0]
-        expected, swapped = (
-            0.5 + 0.5 * np.tanh(0.5 * CENTIMETRES * each[:, None] * ahead)
-            for each in (betas, betas[::-1])
-        )
-        np.testing.assert_allclose(weight[ended], expected[ended], rtol=1e-6, atol=1e-9)
-        differ += np.count_nonzero(np.abs(expected - swapped)[ended] > 0.01)
-        counted += ended
-    assert counted[::2].sum() > 5
-    assert counted[1::2].sum() > 5
-    assert differ > 5
-
-
-def test_who_has_another_estimator_is_heard_and_tells_nothing():
-    lonely = 0
-    swarm = MixedController((named("sikf"), *[named("dsgiff")] * (N - 1)))
-    loop = Loop(busy(), swarm, [4], "kinematic")
-    from_lonely = to_lonely = exchanges = 0
-    for _ in range(2 * TICKS):
-        loop.step()
-        heard = loop.world.robots["heard"][0]
-        slots = np.arange(heard["sender"].shape[1]) < heard["n"][:, None]
-        from_lonely += np.count_nonzero(slots[1:] & (heard["sender"][1:] == lonely))
-        to_lonely += heard["n"][lonely]
-        assert not loop.exchange.is_valid[lonely]
-        assert not loop.situation.is_talking[lonely]
-        exchanges += loop.exchange.is_valid.sum()
-    crowd = loop.controller._running[1].minds["estimator"]
-    assert not np.any(crowd["belief"]["met"] == lonely)
-    assert min(from_lonely, to_lonely, exchanges) > 20
 
 
 def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():

@@ -47,19 +47,3 @@ def test_of_more_messages_than_slots_each_is_heard_equally_often(block, believab
     # Four of seven without repeats vary less than independent draws: the factor is 1 - 3/6.
     chi2 = np.sum((counts[1:] - 4000 * 4 / 7) ** 2) / (4000 * 4 / 7)
     believable(stats.chi2(6).sf(chi2 / 0.5))
-
-
-def test_empty_slots_say_nothing(running):
-    loop = running("es1", [0, 1])
-    n_empty = n_heard = 0
-    for _ in range(600):
-        loop.step()
-        heard = loop.world.state.heard
-        is_full = heard.is_valid > 0
-        n_empty += np.sum(~is_full)
-        n_heard += np.sum(is_full)
-        assert not heard.range_bearing[~is_full].any()
-        assert not heard.n_averaged[~is_full].any()
-        assert np.all(heard.n_averaged[is_full] >= 1)
-        np.testing.assert_array_equal(is_full, np.arange(is_full.shape[1]) < heard.n[:, None])
-    assert min(n_empty, n_heard) > 0

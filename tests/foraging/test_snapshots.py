@@ -29,12 +29,6 @@ def crowd(seeds=(3, 1, 2), physics="rigid", controller=CONTROLLER, threads=1, **
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-def test_a_copy_and_a_snapshot_go_on_as_the_original_and_as_one_never_copied(physics):
-    block = check_each_is_itself(find_scenario("es1", CROWD), CONTROLLER, [3, 1, 2], physics)
-    assert block.world.robots["messages"].sum() > 0
-
-
-@pytest.mark.parametrize("physics", ENGINES)
 def test_a_snapshot_is_restored_in_another_block(bits, physics):
     loop, other = crowd(physics=physics), crowd((7, 8, 9), physics)
     run(150, loop)

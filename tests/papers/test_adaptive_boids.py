@@ -89,12 +89,6 @@ NAMES = {"dead reckoning": "dead_reckoning", "covariance intersection": "covaria
          "decentralised EKF": "decentralised_ekf"}  # fmt: skip
 
 
-def test_the_measures_are_numbers_of_an_episode_the_success_in_per_cent():
-    found = [each(EPISODE) for each in (COVARIANCE, ERROR, GOALS, SUCCESS)]
-    assert found == pytest.approx([0.05, 0.1, 2.0, 200 / 3])
-    assert math.isnan(SUCCESS(replace(EPISODE, success_rate=None)))
-
-
 def test_each_order_holds_what_its_words_say_against_each_other():
     for order in (each for each in claims() if isinstance(each, Order)):
         setting, what, sides = order.text.split(": ")

@@ -32,16 +32,6 @@ def test_numbers_have_three_digits_and_none_after_the_point_from_a_hundred_on():
     ]
 
 
-@pytest.mark.parametrize(
-    ("ours", "shown"),
-    [(99.4, "99.4"), (100.0, "100"), (100.4, "100"), (1234.5, "1234"), (-99.4, "-99.4"),
-     (-100.4, "-100"), (0.12345, "0.123"), (7.0, "7"), (99.96, "100"), (100.6, "101")],
-)  # fmt: skip
-def test_a_number_is_as_exact_as_a_reader_needs(ours, shown):
-    (row,) = report.claims_markdown([ClaimResult("", 1.0, ours, None, None, True)]).splitlines()[2:]
-    assert row.split(" | ")[2] == shown
-
-
 def test_the_table_of_a_terminal_is_one_line_a_claim_green_or_red_and_the_score_below():
     console = Console(file=io.StringIO(), width=100, color_system="standard", force_terminal=True)
     console.print(report.claims_table(FOUND[:2]))

@@ -83,13 +83,6 @@ def expected(tmp_path):
     return hashes(tmp_path / "alone")
 
 
-def test_two_nodes_make_the_dataset_of_one_process(backend, expected, tmp_path):
-    plan = plan_of(tmp_path / "ray")
-    assert sum(plan.run(backend)) == plan.n_todo == 16
-    assert hashes(tmp_path / "ray") == expected
-    assert plan_of(tmp_path / "ray").n_todo == 0
-
-
 def test_trajectories_are_kept_here_too(backend, tmp_path):
     for name, runs_on in (("alone", JoblibBackend()), ("ray", backend)):
         assert sum(plan_of(tmp_path / name, 5.0, trajectories=True).run(runs_on)) == 16

@@ -106,13 +106,6 @@ def test_what_does_not_run_on_a_gpu_is_refused(make, options, complaint):
         make(**options)
 
 
-def test_one_seed_one_rollout_and_another_another(make):
-    env = make()
-    one, same, other = (rollout(env, 20, seed, break_when_any_done=False) for seed in (1, 1, 2))
-    assert (one == same).all()
-    assert not (one["state"] == other["state"]).all()
-
-
 def test_a_world_is_started_anew_at_its_end_from_another_seed(make):
     seen = rollout(make(max_cycles=5), 10, seed=1, break_when_any_done=False)
     assert seen["next", "truncated"].squeeze(-1).nonzero()[:, 1].tolist() == [4, 9, 4, 9]

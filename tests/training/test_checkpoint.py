@@ -45,12 +45,6 @@ def same(arrays):
     )
 
 
-def test_a_checkpoint_is_read_as_it_was_written(file):
-    curve, arrays = read_checkpoint(file, IDENTITY, WANTED)
-    assert curve == [POINT]
-    assert same(arrays)
-
-
 @pytest.mark.parametrize(
     ("name", "shape", "told"),
     [

@@ -7,26 +7,21 @@ import numpy as np
 import pytest
 
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
-from tests.outside import exchanges
 from training.dagger import WeightingActor
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
-    HIDDEN,
     LearnedReputation,
     LearnedWeighting,
-    flatten,
     gain,
     log_odds,
     remembered_features,
     reputation_gain,
     scaled_features,
-    unflatten,
 )
 from training.linear_motion_policy import NETWORK, SHAPES, LearnedMotion
 from training.policy_file import layer_card, load_policy, observation_layout, save_policy
@@ -34,16 +29,11 @@ from training.policy_file import layer_card, load_policy, observation_layout, sa
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
 
 
-def saved(tmp_path, make_card, arrays):
-    """A motion of these arrays, all zero."""
-    card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
-    weights = {f"motion.{name}": np.zeros(shape, np.float32) for name, shape in arrays.items()}
-    save_policy(tmp_path / "mine.safetensors", weights, card)
-    return LearnedMotion(policy=str(tmp_path / "mine.safetensors"))
-
-
 def test_a_motion_fits_worlds_that_show_what_it_was_trained_on(tmp_path, make_card):
-    motion = saved(tmp_path, make_card, SHAPES)
+    card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
+    weights = {f"motion.{name}": np.zeros(shape, np.float32) for name, shape in SHAPES.items()}
+    save_policy(tmp_path / "mine.safetensors", weights, card)
+    motion = LearnedMotion(policy=str(tmp_path / "mine.safetensors"))
     alone, many = (find_scenario("es1", {"task.n_robots": n}) for n in (1, 9))
     for scenario in (None, SCENARIO, alone, many, find_scenario("waypoints-05")):
         motion.check_usable(scenario)
@@ -51,21 +41,6 @@ def test_a_motion_fits_worlds_that_show_what_it_was_trained_on(tmp_path, make_ca
     for ask in (motion.check_usable, motion.layer):
         with pytest.raises(ConfigError, match="does not fit 'es1'"):
             ask(narrow)
-
-
-def test_a_motion_without_one_of_its_arrays_is_refused(tmp_path, make_card):
-    motion = saved(tmp_path, make_card, {"steer.weight": SHAPES["steer.weight"]})
-    with pytest.raises(ConfigError, match=r"array 'motion\.walk\.weight' is missing"):
-        motion.check_usable()
-
-
-def test_flat_weights_lie_in_the_order_of_the_shapes():
-    shapes = {"b": (2, 2), "a": (3,), "c": (1,)}
-    arrays = unflatten(np.arange(8.0), shapes)
-    assert arrays["b"].tolist() == [[0.0, 1.0], [2.0, 3.0]]
-    assert (arrays["a"].tolist(), arrays["c"].tolist()) == ([4.0, 5.0, 6.0], [7.0])
-    assert arrays["a"].dtype == np.float32
-    assert flatten(arrays, shapes).tolist() == list(range(8))
 
 
 @pytest.mark.parametrize(
@@ -77,9 +52,6 @@ def test_a_policy_of_another_architecture_is_refused(wrong, rule):
     for refuses in (rule(policy=wrong).check_usable, rule(policy=wrong).layer):
         with pytest.raises(ConfigError):
             refuses(SCENARIO)
-
-
-ES1 = find_scenario("es1")
 
 
 def one(kind, **numbers):
@@ -151,24 +123,6 @@ def test_a_weight_is_the_logistic_function_of_the_log_odds(gain, features):
     network[-1] = 0.5
     told = gain(exchange(), 0, numbers_of({"network": network}))
     assert told == pytest.approx(1.0 / (1.0 + math.exp(-(0.4 - 2.5 + 0.5))), abs=1e-6)
-
-
-N_NUMBERS = sum(map(math.prod, EXCHANGE_NETWORK.shapes({"hidden": HIDDEN}).values()))
-
-
-def weigh(network, seen):
-    return RowWeighting(EXCHANGE_NETWORK.layer(network))(seen)
-
-
-def test_extreme_encounters_give_shares():
-    seen = exchanges(
-        4,
-        own_p=np.array([[0, 0], [1e30, 0], [0, 1e30], [1e30, 1e30]], np.float32),
-        heard_p=np.array([[0, 1e30], [0, 0], [1e30, 0], [1e30, 0]], np.float32),
-    )
-    for network in (np.zeros(N_NUMBERS), np.random.default_rng(0).normal(0.0, 0.5, N_NUMBERS)):
-        g = weigh(network, seen)
-        assert np.all((g >= 0.0) & (g <= 1.0))
 
 
 def test_another_policy_under_the_same_name_is_another_configuration(policy_file):

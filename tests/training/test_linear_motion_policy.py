@@ -14,12 +14,9 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.training.test_learned_networks import numbers_of, one
 from training.candidate_rollouts import CandidateMotion, CandidateWeighting
-from training.learned_weighting import unflatten
 from training.linear_motion_policy import (
     FEATURES,
     N_WEIGHTS,
-    NETWORK,
-    SHAPES,
     SearchCourse,
     linear_motion,
     message_features,
@@ -27,7 +24,6 @@ from training.linear_motion_policy import (
     steer,
     write_features,
 )
-from training.policy_file import layer_card, save_policy
 
 BUSY = {"task.area_distance": 0.62, "robot.cruise_speed": 0.12, "radio.max_range": 0.5}
 SCENARIO = find_scenario("es1", {"task.n_robots": 4, **BUSY})
@@ -105,17 +101,6 @@ def test_a_new_episode_forgets_how_far_robots_have_searched():
     loop.controller.reset(1, 2, [7])
     assert (searched[0] > 0.0).all()
     assert not searched[1].any()
-
-
-def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(tmp_path, make_card):
-    file, arrays = tmp_path / "mine.safetensors", unflatten(numbers(0), SHAPES)
-    card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
-    save_policy(file, {f"motion.{name}": each for name, each in arrays.items()}, card)
-    named = Loop(SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic")
-    loop = loop_with([3], motion(numbers(0)))
-    for each in (named, loop):
-        each.run(300)
-    assert_array_equal(named.world.state.pose, loop.world.state.pose)
 
 
 ES1 = find_scenario("es1")

@@ -147,18 +147,6 @@ def test_nothing_is_unpickled_unless_asked_for(model, scenario, tmp_path, monkey
     find_controller(f"sb3:{tmp_path / 'model.zip'},trust=true").check_usable(scenario)
 
 
-def test_a_model_without_a_card_says_which_numbers_do_not_fit(model, scenario, tmp_path):
-    made, _ = model(decision_period=5, stack=2, action="wheels")
-    del made.observation_space.policy_card  # one that was trained elsewhere has none
-    made.save(tmp_path / "model.zip")
-    bare = f"sb3:{tmp_path / 'model.zip'}"
-    with pytest.raises(ConfigError, match=r"maps \d+ numbers to 2; .*learn=motion.*,stack=2$"):
-        find_controller(bare).check_usable(scenario)
-    named = find_controller(f"{bare},stack=2,action=wheels,decision_period=5")
-    named.check_usable(scenario)
-    assert named.policy.decision_period == 5
-
-
 def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
     _, env = model(decision_period=5)
     name = f"sb3:{tmp_path / 'model.zip'}"

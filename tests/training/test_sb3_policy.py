@@ -24,7 +24,6 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training.sb3_policy import SavedModel, SB3Policy, _check_spaces, read_zip
 from training.vec_env import SwarmVecEnv
@@ -173,19 +172,6 @@ def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
         mean, log_std, _ = made.actor.get_action_dist_params(torch.as_tensor(observed))
     wanted = np.tanh(mean.numpy() + log_std.exp().numpy() * DRAWS)
     np.testing.assert_allclose(by_chance(tmp_path / "m.zip", observed, DRAWS), wanted, atol=1e-6)
-
-
-def test_one_seed_is_one_episode_by_chance_too(file):
-    world, name = find_scenario("es1", {**NUMBERS, "task.duration": 20.0}), f"sb3:{file}"
-    poses = {}
-    for kind, seeds in {"once": (5, 6), "again": (6, 5)}.items():
-        loop = Loop(world, find_controller(f"{name},chance=true"), seeds, "kinematic")
-        loop.run(100)
-        poses[kind] = loop.world.robots["pose"]
-    np.testing.assert_array_equal(poses["once"], poses["again"][::-1])
-    plain = Loop(world, find_controller(name), (5,), "kinematic")
-    plain.run(100)
-    assert not np.array_equal(plain.world.robots["pose"][0], poses["once"][0])
 
 
 def test_a_policy_without_a_distribution_cannot_act_by_chance(tmp_path):

@@ -5,12 +5,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from swarm_forage_env.errors import ConfigError
 from training import train_command
 from training.experiment import Experiment, step_seed, worlds_per_scenario
-from training.policy_file import Interval
-
-POINT = Interval(low=1.0, mean=2.0, high=3.0)
 
 
 @pytest.fixture
@@ -65,41 +61,6 @@ def test_a_gpu_trains_a_motion_in_thousands_of_worlds(made, monkeypatch, layer, 
     monkeypatch.setattr(Experiment, "check", lambda own: None)
     experiment, _ = made(layer, "es1", "--device=cuda", "--physics=kinematic")
     assert (experiment.budget, experiment.every, experiment.worlds) == numbers
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["motion", "es1", "--backend=ray"], "--backend=ray: is for --algorithm cma"),
-        (["weighting", "es1", "--backend=ray", "--algorithm=imitation"], "is for --algorithm cma"),
-        (["weighting", "es1", "--backend=ray", "--device=cuda"], "leave out --device=cuda"),
-        (["weighting", "es1", "--budget=0"], "--budget=0"),
-    ],
-)
-def test_options_that_do_not_fit_are_refused_before_anything_runs(made, options, told):
-    with pytest.raises(ConfigError, match=told):
-        made(*options)
-
-
-def report(capsys, **changes):
-    """What is printed of a policy in the end."""
-    terms = {"layer": "weighting", "scenarios": ("es1:tick=0.2", "es2"), "algorithm": "cma",
-             "out": Path("x"), "held_back": 7, "settings": {"task.duration": "60"},
-             "controller": "dsgiff-frequent"}  # fmt: skip
-    runs = "learned-weighting:weighting.policy=x/best.safetensors"
-    outcome = {"es1": POINT}, Path("x/best.safetensors"), runs
-    train_command._report(Experiment(**terms | changes), outcome)
-    return capsys.readouterr().out.splitlines()
-
-
-def test_the_end_tells_the_score_and_how_to_test_it_on_seeds_of_its_own(capsys):
-    assert report(capsys) == [
-        "es1: 2.0 round trips (1.0 to 3.0) on 7 held-back seeds",
-        "policy: x/best.safetensors",
-        "test it: swarm-forage evaluate es1 dsgiff-frequent learned-weighting:weighting.policy=x"
-        "/best.safetensors --seed=1000 --set=task.duration=60 --set=tick=0.2",
-    ]
-    assert report(capsys, physics="kinematic")[-1].endswith(" --physics=kinematic")
 
 
 def test_the_help_lists_the_defaults_of_each_algorithm():

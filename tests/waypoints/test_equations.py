@@ -4,16 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.equations.random_draws import normal, symmetric, unit
+from swarm_forage_env.equations.random_draws import normal
 from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from swarm_forage_env.waypoints.records import (
-    ENCODER,
     GOAL,
-    LANDMARK,
     LIDAR,
     RobotState,
     Sighting,
@@ -21,12 +19,8 @@ from swarm_forage_env.waypoints.records import (
 )
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.tick import (
-    draw_devices,
-    fix_at_home,
     judge_claim,
     limited,
-    measure_motion,
-    place_at_home,
     tick_world,
     turn_then_go,
 )
@@ -94,15 +88,6 @@ def drawn(draw, streams, n):
     return np.array([[draw(streams, i) for _ in range(n)] for i in range(len(streams))])
 
 
-def test_wheels_and_gyro_have_their_own_bias_and_noise(fresh):
-    robots = robots_with(3, motion=[0.4, -0.3], deviation=[0.05, 0.02], bias=[0.01, -0.05])
-    robots.streams[:, ENCODER] = fresh(3)
-    for robot in robots:
-        measure_motion(robot)
-    expected = robots.motion + robots.bias + robots.deviation * drawn(normal, fresh(3), 2)
-    assert_allclose(robots.readings.motion, expected, atol=1e-6)
-
-
 def sights(pose, n_robots, streams, **numbers):
     """Who is seen, at which range and bearing, in worlds of so many robots."""
     pose = np.array(pose, float)
@@ -123,14 +108,6 @@ def sights(pose, n_robots, streams, **numbers):
     return tuple(found[name].reshape(shape) for name in ("seen", "range", "bearing"))
 
 
-def test_range_and_bearing_err_by_what_the_robot_that_looks_draws(fresh):
-    _, far, bearing = sights([[0.0, 0.0, 0.3], [0.3, 0.4, -2.0]], 2, fresh(2))
-    off, way = drawn(normal, fresh(2), 2) * [0.01, 0.02], math.atan2(0.4, 0.3)
-    assert_allclose([far[0, 1], far[1, 0]], 0.5 + off[:, 0], atol=1e-6)
-    true = np.array([way - 0.3, way - math.pi + 2.0])
-    assert_allclose([bearing[0, 1], bearing[1, 0]], true + off[:, 1], atol=1e-6)
-
-
 @pytest.mark.parametrize("d", [0.98, 0.995, 1.0, 1.01])
 def test_the_measured_range_and_not_the_true_one_decides_who_is_seen(d, fresh):
     seen, far, _ = sights(np.tile([[0, 0, 0], [d, 0, 0]], (50, 1)), 2, fresh(100))
@@ -138,40 +115,6 @@ def test_the_measured_range_and_not_the_true_one_decides_who_is_seen(d, fresh):
     assert_array_equal(seen.any(axis=1), measured < 1.0)
     assert 0 < seen.sum() < 100
     assert far.max() <= 1.0
-
-
-def test_what_is_not_seen_holds_zeros_and_draws_nothing_when_far(fresh):
-    streams = fresh(2)
-    before = streams.copy()
-    seen, far, bearing = sights([[0, 0, 0], [1.09, 0, 0]], 2, streams)
-    assert not seen.any()
-    assert not far.any()
-    assert not bearing.any()
-    assert_array_equal(streams, before)
-    sights([[0, 0, 0], [1.07, 0, 0]], 2, streams)
-    assert np.all(streams != before)
-
-
-def fixes(pose, streams, noise=0.001):
-    robots = robots_with(len(pose), pose=pose)
-    robots.readings.home_fix[:] = 1.0
-    robots.streams[:, LANDMARK] = streams
-    for robot in robots:
-        fix_at_home(robot, world_with(home_noise=noise))
-    return robots.readings.at_home, robots.readings.home_fix
-
-
-def test_home_tells_the_pose_within_reach_and_zeros_beyond(fresh):
-    pose = [[0.6, 0.7, 1.0], [0.6, 0.8, 1.0], [0.0, 0.0, -2.0], [-3.0, 0.1, 2.0]]
-    at_home, fix = fixes(pose, fresh(4), noise=0.0)
-    assert at_home.tolist() == [True, False, True, False]
-    assert_array_equal(fix, np.array([pose[0], [0, 0, 0], pose[2], [0, 0, 0]], np.float32))
-
-
-def test_a_fix_errs_in_each_number_by_itself(fresh):
-    pose = np.tile([0.3, -0.4, 1.0], (3, 1))
-    _, fix = fixes(pose, fresh(3), noise=0.1)
-    assert_allclose(fix, pose + 0.1 * drawn(normal, fresh(3), 3), atol=1e-6)
 
 
 def judged(claim, pose, goal, streams, tolerance=0.2):
@@ -201,28 +144,3 @@ def test_a_claim_is_right_within_the_tolerance_and_only_claimers_get_new_goals(f
     assert_array_equal(streams != before, claim)
     at_the_tolerance = judged([True], [[0.0, 0.0, 0.0]], [[0.25, 0.0]], fresh(1), 0.25)
     assert at_the_tolerance[:3] == ([3], [5], [0.0])
-
-
-def test_new_goals_are_uniform_in_the_square(fresh):
-    *_, goal = judged([True] * 3, np.zeros((3, 3)), np.zeros((3, 2)), fresh(3))
-    assert_allclose(goal, 5.0 * drawn(symmetric, fresh(3), 2))
-
-
-def test_robots_start_about_home_and_their_first_goals_are_ahead_in_x_and_y(fresh):
-    robots, places = robots_with(3), fresh(3, 1)
-    robots.streams[:, GOAL] = fresh(3, 2)
-    for i, robot in enumerate(robots):
-        place_at_home(robot, WORLD, places, i)
-    assert_allclose(robots.pose, drawn(symmetric, fresh(3, 1), 3) * [1.0, 1.0, math.pi])
-    assert_allclose(robots.goal, 1.0 + 4.0 * drawn(unit, fresh(3, 2), 2))
-    assert_array_equal(robots.motion, np.tile([0.5, 0.0], (3, 1)))
-
-
-def test_devices_differ_in_noise_by_the_spread_and_in_bias_by_its_deviation(fresh):
-    robots, streams, same = robots_with(3), fresh(3), fresh(3)
-    world = world_with(noise=[0.05, 0.02], bias=[0.005, 0.05], spread=0.01)
-    for i, robot in enumerate(robots):
-        draw_devices(robot, world, streams, i)
-        for k in range(2):
-            assert robot.deviation[k] == world.noise[k] * (1.0 + 0.01 * symmetric(same, i))
-            assert robot.bias[k] == world.bias[k] * normal(same, i)

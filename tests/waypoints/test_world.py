@@ -15,7 +15,7 @@ from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
-from tests.worlds import check_each_is_itself, check_same_world, everything
+from tests.worlds import check_each_is_itself, check_same_world
 
 ESTIMATORS = ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
 SETTINGS = ("authors", "corrected")
@@ -81,54 +81,9 @@ def test_a_one_sided_sight_counts_as_much_if_others_of_the_same_world_meet(estim
         assert_array_equal(found[name][:2], expected[name][:2], name)
 
 
-def test_controllers_under_one_seed_meet_the_same_world():
-    names = ("boids-goal", "boids-static", "boids-adaptive")
-    loops = [running([6], *each) for each in product(ESTIMATORS, SETTINGS, names)]
-    first = everything(loops[0])
-    for loop in loops[1:]:
-        found = everything(loop)
-        for name in first:
-            if name.startswith(("robots.", "sightings.")):
-                assert_array_equal(found[name], first[name], name)
-
-
-def world_of(seed, **options):
-    return WaypointsWorld([find_scenario("waypoints-05")], [seed], **options)
-
-
-def told(world, acceleration, claim):
-    """One tick of a block under a command."""
-    world.robots["command"]["acceleration"] = acceleration
-    world.robots["command"]["claim"] = claim
-    world.tick(0, world.n_worlds)
-
-
-def test_the_next_goal_of_a_robot_does_not_depend_on_when_it_claims():
-    soon, late = world_of(3), world_of(3)
-    for tick in range(10):
-        first = soon.state.goal.copy()
-        told(soon, 0.0, tick in (0, 1))
-        told(late, 0.0, tick in (6, 9))
-        assert np.all(soon.state.goal != first) == (tick < 2)
-    assert_array_equal(soon.state.goal, late.state.goal)
-
-
 def test_an_engine_with_contacts_is_refused():
     with pytest.raises(ConfigError, match=r"physics='rigid'.*waypoints-05 has no contacts"):
-        world_of(0, physics="rigid")
-
-
-def test_a_claim_is_judged_where_the_robot_stood_when_it_claimed():
-    world = world_of(0)
-    state = world.state
-    state.pose[:] = 0.0
-    state.motion[:, 0] = 0.5
-    state.goal[:] = [[0.1, 0.1], [0.4, 0.0], [0.1, 0.1], [0.0, 0.0], [3.0, 0.0]]
-    told(world, 0.0, [True, True, False, True, True])
-    assert state.reward.tolist() == [1.0, 0.0, 0.0, 1.0, 0.0]
-    assert state.right.tolist() == [1, 0, 0, 1, 0]
-    assert state.wrong.tolist() == [0, 1, 0, 0, 1]
-    assert_array_equal(state.readings.goal, state.goal.astype(np.float32))
+        WaypointsWorld([find_scenario("waypoints-05")], [0], physics="rigid")
 
 
 def meets(seen, robots):
