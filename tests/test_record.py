@@ -9,6 +9,7 @@ from swarm_forage_env.record import (
     Record,
     field,
     one_record,
+    record_dtype,
 )
 from tests.columns import check_same_bits, columns
 
@@ -92,3 +93,13 @@ def double_share(numbers):
 @kernel
 def add_share(numbers):
     numbers.share += numbers.share
+
+
+def test_a_restart_leaves_the_columns_that_others_have_added():
+    made = np.zeros(
+        2, record_dtype([("met", np.int64), ("speed", np.float64), ("is_stuck", np.bool_)])
+    )
+    made["met"], made["speed"] = 3, 4.0
+    Wheel.restart(made)
+    assert made["met"].tolist() == [3, 3]
+    assert made["speed"].tolist() == [0.0, 0.0]

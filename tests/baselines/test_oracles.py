@@ -89,19 +89,6 @@ def test_a_world_in_a_block_is_the_world_alone_also_after_a_reset(name):
     assert_array_equal(beliefs(alone).location, beliefs(block).location[10:])
 
 
-def test_without_error_pose_and_path_are_the_true_ones_also_when_pushed():
-    loop = start("no-error", physics="rigid")
-    loop.run(120)
-    before, p = loop.world.state.pose.copy(), beliefs(loop).p.copy()
-    loop.step()
-    after = loop.world.state.pose
-    assert_array_equal(beliefs(loop).pose, after)
-    way = np.hypot(*(after - before)[:, :2].T)
-    turn = np.abs((after - before)[:, 2] + np.pi) % (2 * np.pi) - np.pi
-    expected = way + 0.5 * 0.053 * np.abs(turn)
-    assert_allclose(beliefs(loop).p[:, 0] - p[:, 0], expected, atol=1e-12)
-
-
 PLACES = np.array([[0.3, 0.1], [0.5, -0.3]])
 
 

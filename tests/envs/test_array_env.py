@@ -53,25 +53,6 @@ def assert_same(one, other):
         assert_array_equal(a, b)
 
 
-@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
-def test_a_world_of_a_batch_is_the_parallel_env_with_its_seed(physics):
-    options = {"shaping": 1.0, "physics": physics, **SHORT}
-    batch, rng = ArrayEnv("es1", 3, **options), np.random.default_rng(0)
-    alone = [parallel_env("es1", **options) for _ in range(3)]
-    seen, _ = batch.reset(seed=5)
-    for w, env in enumerate(alone):
-        assert_array_equal(seen[w], list(env.reset(seed=5 + w)[0].values()))
-    for _ in range(12):
-        actions = actions_of(batch, rng)
-        seen, rewards, _, truncated, _ = batch.step(actions)
-        for w, env in enumerate(alone):
-            step = env.step(dict(zip(env.agents, actions[w], strict=True)))
-            assert_array_equal(seen[w], list(step[0].values()))
-            assert_array_equal(rewards[w], list(step[1].values()))
-            assert_array_equal(batch.state()[w], env.state())
-            assert set(step[3].values()) == {bool(truncated[w])}
-
-
 def test_staggered_worlds_end_one_after_the_other():
     env, rng, ends = begun(4, stagger=True), np.random.default_rng(0), []
     for step in range(1, 25):

@@ -14,8 +14,7 @@ from numpy.testing import assert_array_equal
 
 from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.envs.registration import NAMES
-from swarm_forage_env.loop import Loop
-from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
+from swarm_forage_env.registry import SCENARIOS
 from tests.commands import parallel_env
 from tests.scripts import run_python
 
@@ -89,18 +88,6 @@ def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
         assert info["messages"] == sum(each["messages"] for each in by_robot)
         assert info["on_path"] == np.mean([each["on_path"] for each in by_robot])
         assert info.keys() == by_robot[0].keys()
-
-
-def test_only_the_learner_does_what_the_policy_says(busy):
-    env, loop = gym.make(SINGLE, scenario=busy), Loop(busy, CONTROLLERS["ssgikf"], [7])
-    env.reset(seed=7)
-    env.step(np.array([-0.5, 0.25], np.float32))
-    loop.step()
-    wheels, theirs = env.unwrapped.world.state.wheels, loop.world.state.wheels
-    cruise = busy.robot.cruise_speed
-    assert_array_equal(wheels[0], [-0.5 * cruise, 0.25 * cruise])
-    assert_array_equal(wheels[1:], theirs[1:])
-    assert (wheels[0] != theirs[0]).all()
 
 
 def test_the_tuple_env_has_the_form_of_level_based_foraging():

@@ -156,10 +156,12 @@ class Noisy:
 
 def test_what_an_observation_draws_is_of_the_episode_alone():
     env = ArrayEnv("es1", 3, observation=Noisy, normalise=False, max_cycles=4, **FEW)
-    seen, _ = steps(env, 3, seed=5)
+    seen, states = steps(env, 3, seed=5)
     assert_array_equal(steps(env, 3, seed=5)[0], seen)
     alone = ArrayEnv("es1", 1, observation=Noisy, normalise=False, max_cycles=4, **FEW)
-    assert_array_equal(steps(alone, 3, seed=7)[0][:, 0], seen[:, 2])
+    found, state = steps(alone, 3, seed=7)
+    assert_array_equal(found[:, 0], seen[:, 2])
+    assert_array_equal(state[0, 0], states[0, 2])
     assert len(np.unique(seen)) == seen.size
     assert abs(seen[..., 0]).max() > 1.0
     assert 0.0 <= seen[..., 1].min() < 0.1 < 0.9 < seen[..., 1].max() < 1.0

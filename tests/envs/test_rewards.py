@@ -28,6 +28,19 @@ def rewards_of(scenario, constant, **options):
     return np.array([list(env.step(half)[1].values()) for _ in range(steps)]), env
 
 
+def test_a_team_is_the_robots_of_one_world(busy):
+    def run(reward):
+        env = ArrayEnv(busy, 3, learn="weighting", reward=reward, decision_period=10)
+        env.reset(seed=1)
+        half = np.full((3, 10, *env.action_shape), 0.5, np.float32)
+        return np.array([env.step(half)[1] for _ in range(STEPS // 10)])
+
+    own, team = run("own"), run("team")
+    assert len({each.tobytes() for each in np.moveaxis(own, 1, 0)}) == 3, "the worlds differ"
+    assert (own.sum(axis=(0, 2)) > 0).all()
+    np.testing.assert_allclose(team, np.broadcast_to(own.mean(axis=2, keepdims=True), own.shape))
+
+
 @pytest.mark.parametrize("reward", ["own", "team"])
 @pytest.mark.parametrize("period", [1, 5])
 def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(

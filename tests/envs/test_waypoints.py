@@ -102,6 +102,20 @@ def test_no_weight_is_another_run_than_the_full_one():
         corrections("weighting", recipe, lambda seen: np.zeros((10, 1), np.float32))
 
 
+def test_infos_count_claims_and_measure_the_belief_against_the_truth():
+    env = parallel_env("waypoints-05", learn="weighting")
+    env.reset(seed=SEED)
+    while env.agents:
+        *_, infos = env.step(dict.fromkeys(env.agents, np.ones(1, np.float32)))
+    logs, state = list(infos.values()), env.world.state
+    believed = rows(env.array_env.loop.controller.minds["estimator"]["belief"]).pose
+    assert [log["goals"] for log in logs] == state.right.tolist()
+    assert [log["false_goals"] for log in logs] == state.wrong.tolist()
+    assert state.right.sum() > 0
+    off = np.linalg.norm(believed[:, :2] - state.pose[:, :2], axis=1)
+    np.testing.assert_allclose([log["position_error_m"] for log in logs], off)
+
+
 def test_a_learner_of_everything_is_heard_by_those_who_see_it():
     env = parallel_env("waypoints-05", learn="everything", **{"task.start_half_side": 0.2})
     env.reset(seed=SEED)

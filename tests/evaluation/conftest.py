@@ -67,26 +67,29 @@ def _configure():
     return configure
 
 
+EPISODE = ForagingEpisode(
+    scenario="es1",
+    controller="ssgikf",
+    seed=3,
+    physics="kinematic",
+    n_robots=10,
+    duration_s=20.0,
+    round_trips=12,
+    recruitment_time_s=None,
+    on_path_share=1 / 3,
+    lost_events=4,
+    messages=567,
+    localisation_error_m=0.1 + 0.2,
+    wall_s=1.5,
+    on_path_over_time=(0.0, 0.1, 0.3),
+    recruited_at_s=(7.5, 19.0),
+)
+"""A made-up one."""
+
+
 @pytest.fixture
 def episode():
-    """A made-up one."""
-    return ForagingEpisode(
-        scenario="es1",
-        controller="ssgikf",
-        seed=3,
-        physics="kinematic",
-        n_robots=10,
-        duration_s=20.0,
-        round_trips=12,
-        recruitment_time_s=None,
-        on_path_share=1 / 3,
-        lost_events=4,
-        messages=567,
-        localisation_error_m=0.1 + 0.2,
-        wall_s=1.5,
-        on_path_over_time=(0.0, 0.1, 0.3),
-        recruited_at_s=(7.5, 19.0),
-    )
+    return EPISODE
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
 from baselines.evaluation.common_options import find_backend
@@ -64,6 +65,16 @@ def test_ctrl_c_while_workers_start_is_not_lost(interruptible, monkeypatch, mask
         ran.extend(JoblibBackend(workers).run(square, Interrupting(range(100))))
     assert not ran
     assert (signal.getsignal(signal.SIGINT), signal.pthread_sigmask(signal.SIG_BLOCK, [])) == before
+
+
+def signals_blocked(_):
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_workers_never_get_ctrl_c():
+    """Of a terminal, which sends it to all processes of a command."""
+    get_reusable_executor().shutdown(wait=True)  # workers of another test
+    assert all(JoblibBackend(2).run(signals_blocked, range(4)))
 
 
 ENDS = """

@@ -11,26 +11,20 @@ from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from swarm_forage_env.compiler import _bound, bind, kernel
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.kernel_cache import cache_folder
 from swarm_forage_env.scenarios import find_scenario
+from tests.evaluation.conftest import EPISODE
 from training.checkpoint import ANY, read_checkpoint, write_checkpoint
 from training.policy_file import BUNDLED, load_policy
 
 pytestmark = pytest.mark.faults
-
-EPISODE = ForagingEpisode(
-    scenario="es1", controller="nc", seed=3, physics="kinematic", n_robots=10, duration_s=20.0,
-    round_trips=12, recruitment_time_s=None, on_path_share=1 / 3, lost_events=4, messages=567,
-    localisation_error_m=0.3, wall_s=1.5, on_path_over_time=(0.0, 0.1, 0.3), recruited_at_s=(7.5,),
-)  # fmt: skip
 
 
 def dataset(folder):
     kept = Dataset(folder)
     kept.open()
     configuration = ExperimentConfig("nc", find_scenario("es1"), find_layered_controller("nc"))
-    kept.keep(configuration, [replace(EPISODE, physics="rigid")])
+    kept.keep(configuration, [replace(EPISODE, controller="nc", physics="rigid")])
     return kept.place(configuration, 3), lambda: read_groups([str(folder)])
 
 

@@ -5,7 +5,6 @@ import pytest
 
 from swarm_forage_env.epuck.placing import SOURCES
 from swarm_forage_env.random_streams import NoiseSource
-from tests.worlds import everything
 
 
 def driven(running, go, **overrides):
@@ -50,10 +49,3 @@ def test_only_the_sources_that_draw_more_move(running, go, name, value, moved):
     assert heard_before.any()
     if not moved:
         np.testing.assert_array_equal(heard_after, heard_before, "messages are lost as before")
-
-
-def test_two_controllers_under_one_seed_meet_the_same_world(running):
-    worlds = [everything(running("es1", [6], controller=name)) for name in ("nc", "dsgiff")]
-    for name in worlds[0]:
-        if not name.startswith("minds"):
-            np.testing.assert_array_equal(worlds[0][name], worlds[1][name], err_msg=name)

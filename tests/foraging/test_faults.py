@@ -11,6 +11,7 @@ from swarm_forage_env.epuck.fault_record import (
     KINDS,
     MUTE,
     STALE,
+    WORN,
 )
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.task import FORAGING
@@ -95,6 +96,15 @@ def test_a_worn_robot_misreads_its_wheels_by_its_bias(go):
     np.testing.assert_allclose(state.readings.odometry[:, 0], path, rtol=1e-5)
     assert abs(state.readings.odometry[0, 1]) == pytest.approx(0.2 * path / axle, rel=1e-5)
     np.testing.assert_allclose(state.readings.odometry[1:, 1], 0.0, atol=1e-9)
+
+
+def test_a_worn_robot_has_noisier_encoders(go):
+    numbers = {"faults__worn__share": 1.0, "faults__worn__bias": 0.0}
+    plain = go(loop().world, wheels=0.06).readings.odometry[:, 0] - 0.006
+    worn = loop(faults__worn__noise_factor=5.0, **numbers).world
+    noisy = go(worn, wheels=0.06)
+    np.testing.assert_allclose(noisy.readings.odometry[:, 0] - 0.006, 5.0 * plain, atol=1e-7)
+    assert worn.faults["kinds"][..., WORN].all()
 
 
 @pytest.mark.parametrize("conspire", ["no", "turn", "place"])

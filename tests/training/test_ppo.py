@@ -12,7 +12,7 @@ from safetensors.numpy import load_file, save_file
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
 from training import ppo
-from training.actor_critic import ActorCritic
+from training.actor_critic import ActorCritic, log_probs_of
 from training.checkpoint import BEST_POLICY
 from training.ppo_learner import PPOHyperparameters
 from training.training_loop import ProgressLogger
@@ -225,3 +225,17 @@ def test_matrices_begin_orthogonal_and_the_last_ones_with_their_own_gain():
         assert (last @ last.T).numpy() == pytest.approx(gain**2 * np.eye(len(last)), abs=1e-6)
         assert not net[0].bias.any()
     assert policy.log_std.tolist() == [0.0, 0.0]
+
+
+def test_actions_are_drawn_from_a_gaussian_whose_density_is_told():
+    policy = ActorCritic(5, 2)
+    with torch.no_grad():
+        policy.log_std.copy_(torch.tensor([-1.0, 0.5]))
+    observed = torch.randn(4000, 5)
+    torch.manual_seed(0)
+    with torch.no_grad():
+        actions, mean = policy(observed), policy.actor(observed)
+        log_probs = log_probs_of(actions, mean, policy.log_std)
+    gaussian = torch.distributions.Normal(mean, policy.log_std.detach().exp())
+    assert torch.allclose(log_probs, gaussian.log_prob(actions).sum(1), atol=1e-5)
+    assert (actions - mean).std(0).tolist() == pytest.approx([0.368, 1.649], rel=0.05)

@@ -81,6 +81,20 @@ def test_a_one_sided_sight_counts_as_much_if_others_of_the_same_world_meet(estim
         assert_array_equal(found[name][:2], expected[name][:2], name)
 
 
+def test_a_claim_is_judged_where_the_robot_stood_when_it_claimed():
+    world = WaypointsWorld([find_scenario("waypoints-05")], [0])
+    state = world.state
+    state.pose[:] = 0.0
+    state.motion[:, 0] = 0.5
+    state.goal[:] = [[0.1, 0.1], [0.4, 0.0], [0.1, 0.1], [0.0, 0.0], [3.0, 0.0]]
+    state.command.acceleration[:], state.command.claim[:] = 0.0, [True, True, False, True, True]
+    world.tick(0, 1)
+    assert state.reward.tolist() == [1.0, 0.0, 0.0, 1.0, 0.0]
+    assert state.right.tolist() == [1, 0, 0, 1, 0]
+    assert state.wrong.tolist() == [0, 1, 0, 0, 1]
+    assert_array_equal(state.readings.goal, state.goal.astype(np.float32))
+
+
 def test_an_engine_with_contacts_is_refused():
     with pytest.raises(ConfigError, match=r"physics='rigid'.*waypoints-05 has no contacts"):
         WaypointsWorld([find_scenario("waypoints-05")], [0], physics="rigid")
