@@ -49,7 +49,7 @@ class Preset:
     vec_env: type[TensorVecEnv] = TensorVecEnv
 
 
-THOUSANDS = PPOHyperparameters(n_steps=32, n_minibatches=8, n_epochs=4, learning_rate=2e-3)
+MANY_WORLDS = PPOHyperparameters(n_steps=32, n_minibatches=8, n_epochs=4, learning_rate=2e-3)
 """For thousands of worlds on a GPU: the best of six by the round trips after six seconds
 (docs/guides/gpu.md)."""
 
@@ -60,8 +60,8 @@ PRESETS: Mapping[str, Preset] = {
         log_std=-0.7,
         vec_env=ErrorRewardVecEnv,
     ),
-    "motion": Preset(on_gpu=THOUSANDS),
-    "both": Preset(on_gpu=THOUSANDS),
+    "motion": Preset(on_gpu=MANY_WORLDS),
+    "both": Preset(on_gpu=MANY_WORLDS),
     "everything": Preset(
         {"decision_period": 10, "shaping": 1.0, "discount": 0.99},
         PPOHyperparameters(n_steps=64, n_minibatches=8, n_epochs=3, learning_rate=5e-4),

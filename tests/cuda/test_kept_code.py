@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from swarm_forage_env import compiler
 from swarm_forage_env.compiler import _bound_grid, bind_grid, kernel
 from swarm_forage_env.kernel_cache import cache_folder
 from tests.cuda.conftest import CAPABILITY
@@ -68,6 +69,15 @@ def test_kept_code_is_that_of_its_composition_and_kind_of_gpu(fresh_cache, monke
     assert hits == (0, 0, 0, 1, 1, 1)
     assert linked[:3] == linked[3:]
     assert len(set(linked)) == 3
+
+
+def test_kept_code_is_not_that_of_another_text(fresh_cache, monkeypatch):
+    found = []
+    for text in (compiler.as_on_cpu, compiler.as_on_cpu, lambda text: text):
+        monkeypatch.setattr(compiler, "as_on_cpu", text)
+        _bound_grid.cache_clear()
+        found.append(made(double)[1])
+    assert found == [0, 1, 0]
 
 
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
