@@ -80,7 +80,7 @@ def as_on_cpu(text: str) -> str:
 
 def _compared(to: str, kind: str, name: str, one: str, other: str) -> str:
     """The larger or the smaller of two numbers: the second one if it is, else the first."""
-    order = "ogt" if name == "max" else "olt"
+    order = "ogt" if name == "max" else "olt"  # codespell:ignore
     is_other = f'%"{to}.is_other"'
     return (
         f"  {is_other} = fcmp {order} {kind} {other}, {one}\n"
