@@ -86,8 +86,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
     **transfer**: every policy of the box in worlds that it was not trained in; no paper has it.
 
     Prints the expected time before it starts. Finished blocks of episodes are written to --out;
-    a stopped run repeats at most the unfinished blocks. The exit status is 0 whether or not the
-    claims hold, and 1 if kept episodes are gone at the end.
+    a stopped run repeats at most the unfinished blocks. With --episodes=adaptive the page is
+    written after each look at the claims, with those that are undecided so far. The exit status is
+    0 whether or not the claims hold, and 1 if kept episodes are gone at the end.
     """
     from baselines.evaluation.console import say
     from baselines.evaluation.runner import check_kept
@@ -102,9 +103,11 @@ def reproduce(  # noqa: PLR0913 the options of a command
     run = Reproduction(options, out)
     run.run_with_progress(spread)
     claim_results = run.claim_results()
+    files = run.write(claim_results, page, style)
     if adaptive:
-        run.decide(spread)
-    for file in run.write(claim_results, page, style):
+        for _ in run.decide(spread):
+            files = run.write(claim_results, page, style)
+    for file in files:
         say(str(file))
     if form == "json":
         typer.echo(report.to_json(claim_results))

@@ -2,7 +2,7 @@
 
 import shlex
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -114,15 +114,17 @@ class Reproduction:
         say(f"about {format_duration(seconds)} to run, with {backend.workers} at a time")
         run_with_progress(self.plan, backend)
 
-    def decide(self, backend: Backend) -> None:
-        """Run as many episodes as decide each claim, or 400."""
+    def decide(self, backend: Backend) -> Iterator[list[Decided]]:
+        """Run as many episodes as decide each claim, or 400; gives the decisions so far."""
 
         def run(experiments: Sequence[Experiment], n: int) -> Results:
             plan = self._plan(experiments, n)
             run_with_progress(plan, backend)
             return results_of(plan, experiments)
 
-        self.decided = decide_all(self.paper.claims, run)
+        for decided in decide_all(self.paper.claims, run):
+            self.decided = decided
+            yield decided
 
     def _plan(self, experiments: Sequence[Experiment], n: int) -> Plan:
         of = self.options

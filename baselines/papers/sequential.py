@@ -11,7 +11,7 @@ chosen by cross-validation (`CrossValidatedBest`), or by these same episodes, wh
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Literal
 
@@ -46,6 +46,11 @@ class Decided:
     resolved: float
     """Half of the 95 % interval that 30 unpaired episodes give, a share of the effect."""
     decision: Decision
+
+    @property
+    def is_open(self) -> bool:
+        """More episodes may decide it."""
+        return self.decision == "undecided"
 
 
 def fieller_interval(
@@ -122,24 +127,22 @@ def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
 
 def decide_all(
     claims: Iterable[Claim], run: Callable[[Sequence[Experiment], int], Results]
-) -> list[Decided]:
+) -> Iterator[list[Decided]]:
     """Decide claims by as many episodes as that takes; `run` runs n of each experiment.
 
+    Gives the decisions of all claims after each look: those that are still open are undecided.
     Claims without effects, as of published means within standard errors, are left out.
     """
+    asked = [claim for claim in claims if isinstance(claim, DecidableClaim)]
     decided: dict[DecidableClaim, Decided] = {}
-    asked = still = [claim for claim in claims if isinstance(claim, DecidableClaim)]
     for n in LOOKS:
+        still = [each for each in asked if each not in decided or decided[each].is_open]
         if not still:
-            break
+            return
         needed = dict.fromkeys(each for claim in still for each in claim.experiments)
         results = run(tuple(needed), n)
-        for claim in still:
-            found = decide(claim, results, n)
-            if found.decision != "undecided" or n == LOOKS[-1]:
-                decided[claim] = found
-        still = [claim for claim in asked if claim not in decided]
-    return [decided[claim] for claim in asked]
+        decided |= {claim: decide(claim, results, n) for claim in still}
+        yield [decided[claim] for claim in asked]
 
 
 def count(decided: Sequence[Decided]) -> str:

@@ -123,7 +123,10 @@ def test_episodes_are_added_to_open_claims_alone_until_all_are_decided(episodes)
 
     clear, close = Number("clear", A, 100.0), Order("close", ((B, A),))
     tie = NoDifference("tie", A, B)
-    found = decide_all([clear, close, tie], run)
+    looks = list(decide_all([clear, close, tie], run))
+    assert [each.decision for each in looks[0]] == ["holds", "undecided", "undecided"]
+    assert len(looks) == len(LOOKS)
+    found = looks[-1]
     assert [(each.claim, each.decision, each.n) for each in found] == [
         ("clear", "holds", 30), ("close", "holds", 120), ("tie", "undecided", 400),
     ]  # fmt: skip

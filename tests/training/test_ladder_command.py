@@ -83,8 +83,9 @@ def test_a_ladder_of_one_rung_tells_of_that_and_keeps_a_file_of_all(call, kept, 
 
 
 def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch, tmp_path):
+    curve = [{"robot_steps": 3_000_000, "wall_s": 30.0, "scores": [200.0]}]
     found = [
-        Run("es1", name, 0, "key", {}, 6_000_000, 60.0, [], (score,), (0.5 * score,), {})
+        Run("es1", name, 0, "key", {}, 6_000_000, 60.0, curve, (score,), (0.5 * score,), {})
         for name, score in (("sb3_ppo", 230.0), ("sb3_dqn", 120.0))
     ]
     monkeypatch.setattr(runs, "read_runs", lambda *given: found)
