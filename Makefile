@@ -156,9 +156,10 @@ bench-cuda: .venv-cuda/.ready  ## all figures of a GPU: speed, PPO from scratch,
 		--algorithm cma --worlds 600 --out runs/cma_on_gpu
 
 reproduce: $(READY)  ## the claims and figures of the three papers, boids that forage, faulty robots and other worlds (hours)
-	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \
-		--page docs/papers/social_odometry.md
-	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
+	$(BIN)/swarm-forage reproduce social-odometry --episodes adaptive \
+		--workers $(WORKERS) --page docs/papers/social_odometry.md
+	$(BIN)/swarm-forage reproduce ants2008 --episodes adaptive --workers $(WORKERS) \
+		--page docs/papers/ants2008.md
 	$(BIN)/swarm-forage reproduce adaptive-boids --workers $(WORKERS) \
 		--page docs/papers/adaptive_boids.md
 	$(BIN)/swarm-forage reproduce boids-foraging --physics kinematic --workers $(WORKERS) \

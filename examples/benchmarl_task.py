@@ -37,10 +37,13 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
     torch.set_num_threads(1)  # quicker for networks this small
 
     task = SwarmForageTask[chosen.task.upper()].get_task()
+    algorithm = algorithm_config_registry[chosen.algorithm].get_from_yaml()
+    if chosen.algorithm in ("mappo", "masac"):  # a critic for each robot, which earns its own
+        algorithm.share_param_critic = False
     evaluation = EpisodeMetrics()
     experiment = Experiment(
         task=task,
-        algorithm_config=algorithm_config_registry[chosen.algorithm].get_from_yaml(),
+        algorithm_config=algorithm,
         model_config=MlpConfig.get_from_yaml(),
         critic_model_config=MlpConfig.get_from_yaml(),
         seed=chosen.seed,

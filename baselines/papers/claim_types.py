@@ -37,6 +37,11 @@ MARGIN = 0.03
 """Two means are equivalent if their ratio lies within 1 - MARGIN and 1 + MARGIN."""
 
 
+def shown(value: float) -> str:
+    """A number of a claim in a table."""
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
 @dataclass(frozen=True)
 class ClaimResult:
     """The result of one claim: a row of the claims table."""

@@ -12,7 +12,7 @@ from rich.console import Group
 from rich.text import Text
 
 from baselines.evaluation.tables import markdown, p_value, plain_table
-from baselines.papers.claim_types import MARGIN, ClaimResult
+from baselines.papers.claim_types import MARGIN, ClaimResult, shown
 from baselines.papers.experiments import Results
 from baselines.papers.paper import Paper
 from baselines.papers.sequential import ERROR, LOOKS, Decided, count, decided_markdown
@@ -108,16 +108,12 @@ def left_open(place: str) -> str:
 def _cells(result: ClaimResult) -> tuple[str, str, str, str, str, str]:
     published = result.published
     low, high = result.low, result.high
-    interval = "-" if low is None or high is None else f"{_number(low)} to {_number(high)}"
+    interval = "-" if low is None or high is None else f"{shown(low)} to {shown(high)}"
     return (
         result.claim,
-        published if isinstance(published, str) else _number(published),
-        "-" if result.ours is None else _number(result.ours),
+        published if isinstance(published, str) else shown(published),
+        "-" if result.ours is None else shown(result.ours),
         interval,
         "-" if result.p is None else p_value(result.p),
         "yes" if result.reproduced else "no",
     )
-
-
-def _number(value: float) -> str:
-    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"

@@ -21,7 +21,7 @@ from rich.text import Text
 from scipy import stats
 
 from baselines.evaluation.tables import markdown, plain_table
-from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect
+from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect, shown
 from baselines.papers.experiments import Experiment, Results
 
 LOOKS = (30, 60, 120, 240, 400)  # episodes of an experiment at each look
@@ -173,7 +173,7 @@ def decided_table(decided: Sequence[Decided]) -> Group:
 
 
 def _cells(row: Decided) -> tuple[str, ...]:
-    ends = f"{row.low:.3g} to {row.high:.3g}" if math.isfinite(row.low) else "-"
+    ends = f"{shown(row.low)} to {shown(row.high)}" if math.isfinite(row.low) else "-"
     shows = "-" if math.isnan(row.resolved) else f"± {100.0 * row.resolved:.2g} %"
-    ours = "-" if math.isnan(row.ours) else f"{row.ours:.3g}"
+    ours = "-" if math.isnan(row.ours) else shown(row.ours)
     return row.claim, row.says, ours, ends, str(row.n), shows, row.decision
