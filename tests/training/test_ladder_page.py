@@ -150,3 +150,10 @@ def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):
     for axes in figure.axes:
         assert axes.get_ylim()[0] == 0.0
         assert 0.1 < axes.get_ylim()[1] < 0.5
+
+
+def test_no_two_algorithms_of_a_figure_look_alike():
+    names = sorted(read_algorithms(), key=lambda name: name[::-1])
+    styles = figures._styles({name: [] for name in names})
+    assert len(set(styles.values())) == len(names) > 10
+    assert len({style.colour for style in list(styles.values())[:10]}) == 10

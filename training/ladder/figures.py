@@ -69,13 +69,14 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
 
 
 def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
-    """A style for each algorithm, the same on all figures but where its colour is another's."""
+    """A style for each algorithm, the same on all figures but where it, or its colour while there
+    are others, is another's."""
     known, taken, styles = list(read_algorithms()), set[int](), {}
     for name in algorithms:
-        number = known.index(name)
-        while number % len(PALETTE) in taken and len(taken) < len(PALETTE):
+        number, colours = known.index(name), {each % len(PALETTE) for each in taken}
+        while number in taken or (number % len(PALETTE) in colours and len(colours) < len(PALETTE)):
             number += 1
-        taken.add(number % len(PALETTE))
+        taken.add(number)
         styles[title_of(name)] = nth_style(number)
     return styles
 
