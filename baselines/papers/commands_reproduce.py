@@ -103,10 +103,11 @@ def reproduce(  # noqa: PLR0913 the options of a command
     run = Reproduction(options, out)
     run.run_with_progress(spread)
     claim_results = run.claim_results()
-    files = run.write(claim_results, page, style)
+    run.write_figures(page, style)
+    files = run.write(claim_results, page)
     if adaptive:
         for _ in run.decide(spread):
-            files = run.write(claim_results, page, style)
+            files = run.write(claim_results, page)
     for file in files:
         say(str(file))
     if form == "json":

@@ -126,6 +126,9 @@ class Reproduction:
             self.decided = decided
             yield decided
 
+    def _page(self, page: Path | None) -> Path:
+        return page or self.folder / f"{self.paper.page}.md"
+
     def _plan(self, experiments: Sequence[Experiment], n: int) -> Plan:
         of = self.options
         configurations = [each.configuration(of.physics, of.settings) for each in experiments]
@@ -140,13 +143,14 @@ class Reproduction:
         """The result of every claim."""
         return self.paper.judge(self.results)
 
-    def write(
-        self, claim_results: Sequence[ClaimResult], page: Path | None = None, style: str = "screen"
-    ) -> list[Path]:
-        """Write claims, figures and page; return the files of claims and page."""
-        page = page or self.folder / f"{self.paper.page}.md"
-        folder = page.parent / "figures"
+    def write_figures(self, page: Path | None = None, style: str = "screen") -> None:
+        """Draw the figures beside the page; more episodes of a claim do not change them."""
+        folder = self._page(page).parent / "figures"
         write_figures(self.paper.figures, self.results, folder, self.command, style)
+
+    def write(self, claim_results: Sequence[ClaimResult], page: Path | None = None) -> list[Path]:
+        """Write claims, page, and what is decided so far; return their files."""
+        page = self._page(page)
         claims = self.folder / "claims.json"
         write_atomically(claims, (report.to_json(claim_results) + "\n").encode())
         text = report.page(self.paper, claim_results, self.results, self.command, self.decided)
