@@ -29,6 +29,7 @@ from baselines.evaluation.figure_page import (
 )
 from baselines.evaluation.plot_style import FAINT, INK
 from baselines.evaluation.tables import markdown
+from baselines.papers.claim_types import shown
 from baselines.papers.open_claims import (
     ARENAS,
     CHECKED,
@@ -55,7 +56,7 @@ GOAL = 10_000  # sets that the search is for
 def cell(value: Value) -> str:
     """A value in a table."""
     if isinstance(value, float):
-        return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+        return shown(value)
     return str(value).lower()
 
 
