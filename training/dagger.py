@@ -39,15 +39,9 @@ HIDDEN = 16  # hidden units: supervised learning can fit more of them than a sea
 GRADIENT_STEPS = 500  # of Adam, in a round
 LEARNING_RATE = 0.01  # of Adam, in the first round; it falls linearly to zero over the budget
 
-GAIN = 0.01  # of the orthogonal initialisation of the last layer: its output starts near zero
 
-
-class WeightingActor(nn.Module):
+class WeightingActor:
     """The network of `training.learned_weighting`, with the names and shapes of a policy file."""
-
-    unit: Tensor
-    centre: Tensor
-    spread: Tensor
 
     def __init__(
         self,
@@ -57,37 +51,28 @@ class WeightingActor(nn.Module):
     ) -> None:
         """Make a network for observations of this layout, with `hidden` hidden units.
 
-        Matrices are orthogonal, the last one with a gain of its own; biases are zero.
+        The weights of the hidden units are orthogonal; all others are zero.
         """
-        super().__init__()
         self.architecture, self.sizes = architecture, {"hidden": hidden}
-        for name, shape in architecture.shapes(self.sizes).items():
-            layer, _, array = name.partition(".")
-            if layer not in dict(self.named_children()):
-                self.add_module(layer, nn.Module())
-            parameter = nn.Parameter(torch.zeros(shape))
-            if len(shape) > 1:
-                nn.init.orthogonal_(parameter, GAIN if layer == "output" else 2.0**0.5)
-            self.get_submodule(layer).register_parameter(array, parameter)
+        shapes = architecture.shapes(self.sizes)
+        self.arrays = {name: torch.zeros(shape) for name, shape in shapes.items()}
+        nn.init.orthogonal_(self.arrays["hidden.weight"], 2.0**0.5)
+        for array in self.arrays.values():
+            array.requires_grad_()
         self._columns = layout.columns("encounter")
-        scales = torch.tensor(architecture.scales)
-        for name, column in zip(("unit", "centre", "spread"), scales.T, strict=True):
-            self.register_buffer(name, column.clone(), persistent=False)
-
-    @property
-    def arrays(self) -> dict[str, Tensor]:
-        """All parameters by name."""
-        return dict(self.named_parameters())
+        self._scales = torch.tensor(architecture.scales).T  # unit, centre and spread of each input
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
         """Copy all parameters to NumPy arrays, as a policy file holds them."""
-        return {name: array.detach().cpu().numpy().copy() for name, array in self.arrays.items()}
+        return {name: array.detach().numpy().copy() for name, array in self.arrays.items()}
 
     def load_numpy(self, arrays: Weights) -> None:
         """Set all parameters from NumPy arrays, by name."""
-        self.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
+        with torch.no_grad():
+            for name, array in self.arrays.items():
+                array.copy_(torch.from_numpy(arrays[name]))
 
-    def forward(self, observed: Tensor) -> Tensor:
+    def __call__(self, observed: Tensor) -> Tensor:
         """Return the weight g of each area; 0 where the network is not asked for one.
 
         It is asked about areas that both robots know; if it sees what is remembered, about all
@@ -103,7 +88,8 @@ class WeightingActor(nn.Module):
         else:
             asked = asked * exchange["own_known"]
         features = torch.stack([seen[name] for name in self.architecture.features], 2)
-        x = (torch.log1p(features / self.unit) - self.centre) / self.spread
+        unit, centre, spread = self._scales
+        x = (torch.log1p(features / unit) - centre) / spread
         w, direct = self.arrays, self.arrays["direct.weight"]
         hidden = torch.tanh(x @ w["hidden.weight"].T + w["hidden.bias"])
         ahead = exchange["own_p"] - exchange["heard_p"]
@@ -196,7 +182,7 @@ class DAggerTraining(NetworkTraining):
         draws = torch.Generator().manual_seed(experiment.seed + self.done)
         gains = {name: each.gain(name) for name, each in exchanges.items()}
         left = 1.0 - self.done / experiment.budget
-        optimiser = torch.optim.Adam(self._actor.parameters(), LEARNING_RATE * left)
+        optimiser = torch.optim.Adam(list(self._actor.arrays.values()), LEARNING_RATE * left)
         for _ in range(GRADIENT_STEPS):
             batches = {name: each.draw(draws) for name, each in exchanges.items()}
             errors = [each.error(self._actor) / gains[name] for name, each in batches.items()]
