@@ -12,12 +12,10 @@ def main() -> None:
     """Run one command, and print one line on stderr if a package that it needs is missing."""
     try:
         with missing_told():
-            from baselines.cli import app, run
-            from training.ladder.commands import add_benchmark
-            from training.train_command import add_commands
+            import training.ladder.commands
+            import training.train_command  # noqa: F401 both add their commands
+            from baselines.cli import run
 
-            add_commands()
-            add_benchmark(app)
             status = run()
     except KeyboardInterrupt:
         status = INTERRUPTED

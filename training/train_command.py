@@ -1,8 +1,7 @@
 """The commands `swarm-forage train` and `swarm-forage dataset`: options, defaults and reports."""
 
 import shlex
-from collections.abc import Callable, Mapping
-from inspect import unwrap
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -63,6 +62,8 @@ DEFAULT_CONTROLLER = {
 `parallel_env`."""
 
 
+@app.command(epilog="Example: swarm-forage train motion es1 --budget 6000000")
+@stoppable()
 def train(  # noqa: PLR0913 the options of a command
     layer: Annotated[
         Literal["weighting", "motion", "both", "everything"],
@@ -228,6 +229,8 @@ def _report(experiment: "Experiment", outcome: Outcome) -> None:
         )
 
 
+@app.command(epilog="Example: swarm-forage dataset es1 ssgikf random --episodes 10")
+@stoppable()
 def dataset(  # noqa: PLR0913 the options of a command
     scenario: ScenarioArgument,
     policies: Annotated[
@@ -295,18 +298,3 @@ def dataset(  # noqa: PLR0913 the options of a command
             for done in store.record(recording, own, threads):
                 progress.advance(bar, done)
     typer.echo(f"read them: training.transitions.read({store.name!r})")
-
-
-EXAMPLES: dict[Callable[..., None], str] = {
-    train: "train motion es1 --budget 6000000",
-    dataset: "dataset es1 ssgikf random --episodes 10",
-}
-"""The commands, each with a line that runs."""
-
-
-def add_commands() -> None:
-    """Add `train` and `dataset` to the command-line application; a second call does nothing."""
-    there = {unwrap(each.callback) for each in app.registered_commands if each.callback}
-    for command, example in EXAMPLES.items():
-        if command not in there:
-            app.command(epilog=f"Example: swarm-forage {example}")(stoppable()(command))

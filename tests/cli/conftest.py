@@ -2,6 +2,8 @@
 
 import pytest
 
+import training.ladder.commands
+import training.train_command  # noqa: F401 both add their commands
 from tests.processes import start
 
 

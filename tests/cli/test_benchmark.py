@@ -2,16 +2,7 @@
 
 import json
 
-import pytest
-
-from baselines.cli import app
-from training.ladder.commands import add_benchmark
 from training.ladder.rungs import read_rungs
-
-
-@pytest.fixture(autouse=True)
-def _with_benchmark():
-    add_benchmark(app)
 
 
 def test_the_cards_are_listed(command):

@@ -9,14 +9,11 @@ import shutil
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.cli import app
 from baselines.evaluation import runner
 from baselines.evaluation.commands import FIGURE_NAMES
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
-from training.ladder.commands import add_benchmark
-from training.train_command import add_commands
 
 COMMANDS = (
     "list", "evaluate", "plot", "reproduce", "export", "watch", "bench", "train", "dataset", "new",
@@ -26,8 +23,6 @@ SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
 
 def test_help_is_shown_without_a_command(command):
-    add_commands()
-    add_benchmark(app)
     status, stdout, stderr = command()
     assert (status, stderr) == (0, "")
     for name in COMMANDS:
@@ -38,8 +33,6 @@ def test_help_is_shown_without_a_command(command):
     "name", [*COMMANDS, "benchmark list", "benchmark cards", "benchmark ladder"]
 )
 def test_every_command_explains_itself(command, name):
-    add_commands()
-    add_benchmark(app)
     status, stdout, stderr = command(*name.split(), "--help")
     assert (status, stderr) == (0, "")
     assert command(*name.split(), "-h")[:2] == (0, stdout)

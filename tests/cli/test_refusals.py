@@ -4,10 +4,6 @@ from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
-from baselines.cli import app
-from training.ladder.commands import add_benchmark
-from training.train_command import add_commands
-
 
 @pytest.fixture(autouse=True)
 def _runs_nothing(monkeypatch):
@@ -17,8 +13,6 @@ def _runs_nothing(monkeypatch):
     monkeypatch.setattr("baselines.evaluation.runner.warm_up", run)
     monkeypatch.setattr("baselines.evaluation.runner._run_block", run)
     monkeypatch.setattr("training.candidate_rollouts.run_job", run)
-    add_commands()
-    add_benchmark(app)
 
 
 EVALUATE = "evaluate", "es1", "nc"

@@ -7,17 +7,11 @@ import pytest
 
 from swarm_forage_env.controllers import find_controller
 from training.checkpoint import lock_folder
-from training.train_command import add_commands
 
 TINY = (
     "--budget=1", "--worlds=1", "--held-back=2", "--population=4", "--workers=1",
     "--physics=kinematic", "--set=task.duration=5",
 )  # fmt: skip
-
-
-@pytest.fixture(autouse=True)
-def _with_train():
-    add_commands()
 
 
 def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):

@@ -8,9 +8,9 @@ import time
 
 import pytest
 
+import training.train_command  # noqa: F401 adds its commands
 from baselines.cli import run
 from tests.faults import commands
-from training.train_command import add_commands
 
 pytestmark = pytest.mark.faults
 
@@ -44,7 +44,6 @@ def arguments(output, folder):
 @pytest.fixture
 def command(capsys, monkeypatch, tmp_path):
     """Run a command; its status and what it said on stderr, which holds no traceback."""
-    add_commands()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
 

@@ -30,7 +30,6 @@ def test_the_example_trains_and_its_model_is_a_controller(example, one_thread, t
 
 
 def test_a_clone_is_scored_beside_the_original(example, one_thread, tmp_path, capsys):
-    train_command.add_commands()
     folder, out = tmp_path / "transitions", tmp_path / "clone"
     command = ["dataset", "es1", "ssgikf", "--episodes=1", "--learners=1", f"--out={folder}"]
     assert CliRunner().invoke(train_command.app, command).exit_code == 0

@@ -119,7 +119,6 @@ def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch, ch
     met = []
     monkeypatch.setattr(train_command, "_run", lambda experiment, _: met.append(experiment))
     monkeypatch.setattr(train_command, "_report", lambda *_: None)
-    train_command.add_commands()
     program, *arguments = shlex.split(mine.command)
     assert program == "swarm-forage"
     assert train_command.app(arguments, standalone_mode=False) in (None, 0)

@@ -6,7 +6,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from baselines.evaluation import figure_page
@@ -23,15 +22,6 @@ TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_ro
         "task.duration": 20.0}  # fmt: skip
 
 
-def make_app():
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    for _ in range(2):
-        commands.add_benchmark(app)
-    assert len(app.registered_groups) == 1, "a second call adds no command"
-    return app
-
-
 @pytest.fixture
 def call(monkeypatch, tmp_path):
     """Run a command of the ladder, of which nothing is done: its result, and what it would do."""
@@ -42,7 +32,7 @@ def call(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
 
     def run(*words):
-        return CliRunner().invoke(make_app(), ["benchmark", *map(str, words)]), done
+        return CliRunner().invoke(commands.benchmark, [*map(str, words)]), done
 
     return run
 

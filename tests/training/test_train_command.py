@@ -13,7 +13,6 @@ from training.experiment import Experiment, step_seed, worlds_per_scenario
 def made(monkeypatch, tmp_path):
     """The experiment, and the backend, that a command line makes."""
     monkeypatch.chdir(tmp_path)
-    train_command.add_commands()
     found = []
     monkeypatch.setattr(train_command, "_run", lambda *given: found.append(given))
     monkeypatch.setattr(train_command, "_report", lambda *given: None)
@@ -64,10 +63,6 @@ def test_a_gpu_trains_a_motion_in_thousands_of_worlds(made, monkeypatch, layer, 
 
 
 def test_the_help_lists_the_defaults_of_each_algorithm():
-    train_command.add_commands()
-    n_commands = len(train_command.app.registered_commands)
-    train_command.add_commands()
-    assert len(train_command.app.registered_commands) == n_commands
     shown = CliRunner().invoke(train_command.app, ["train", "--help"], env={"COLUMNS": "300"})
     for told in ("cma: 100, imitation: 10, ppo: 6000000", "cma: 5, imitation: 2, ppo: 1500000",
                  "cma: 8, imitation: 24, ppo: 8", "ppo on a GPU: 2048"):  # fmt: skip

@@ -30,7 +30,6 @@ TICKS = 50
 @pytest.fixture
 def record(tmp_path):
     """A function that runs the command into one folder, which it returns."""
-    train_command.add_commands()
     folder = tmp_path / "runs" / "es1-transitions"
 
     def run(*arguments, scenario="es1", settings=SHORT):

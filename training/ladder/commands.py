@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Option
 
-from baselines.cli import ListedFormat, stoppable
+from baselines.cli import ListedFormat, app, stoppable
 from baselines.evaluation.common_options import AddressOption, BackendOption, find_backend, path
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ benchmark = typer.Typer(
     help="The ladder: tasks of rising difficulty, and algorithms that learn them from scratch.",
     no_args_is_help=True,
 )
+app.add_typer(benchmark)
 
 OutOption = Annotated[Path, Option(parser=path, help="Folder of the runs.")]
 KeptOption = Annotated[
@@ -218,9 +219,3 @@ def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", comm
         check_plot(file, "--page")
         save_figure(figure, file, command, "The ladder")
     write_atomically(page, pages.page(rungs, runs, command).encode())
-
-
-def add_benchmark(app: typer.Typer) -> None:
-    """Add the command to an application; a second call does nothing."""
-    if all(each.typer_instance is not benchmark for each in app.registered_groups):
-        app.add_typer(benchmark)
