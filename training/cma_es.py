@@ -23,7 +23,7 @@ from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
 from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, NETWORK, unflatten
 from training.linear_motion_policy import linear_policy_of
-from training.policy_file import CurvePoint, LayerName, Policy, Shapes, load_policy
+from training.policy_file import LayerName, Policy, Shapes, load_policy
 from training.training_loop import NetworkTraining, ProgressLogger, run
 
 INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
@@ -53,7 +53,7 @@ class CMAESTraining(NetworkTraining):
     """A resumable CMA-ES search.
 
     Telling a new search the same candidates and losses restores its state bit for bit, so a
-    checkpoint holds these, and the means that were evaluated, and not the state of the search.
+    checkpoint holds these, and not the state of the search.
     """
 
     packages = ("cmaes",)
@@ -76,7 +76,6 @@ class CMAESTraining(NetworkTraining):
         self._search = CMA(start, sigma, population_size=experiment.population)
         self._populations = np.zeros((0, self._candidates, len(start)), np.float32)
         self._losses = np.zeros((0, self._candidates), np.float64)
-        self._means = np.zeros((0, len(start)), np.float32)
         self._open()
         self._rollouts.warm_up(self._search.mean)
 
@@ -108,21 +107,13 @@ class CMAESTraining(NetworkTraining):
             },
         )
 
-    def evaluate(self) -> CurvePoint:
-        """Evaluate the search mean on the held-back seeds, and save it if it is the best."""
-        self._means = np.concatenate([self._means, self._numbers[None]])
-        return super().evaluate()
-
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
         return np.asarray(self._search.mean, np.float32)
 
     @property
     def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        return self._named(self._numbers)
-
-    def _named(self, numbers: Float32[Array, " numbers"]) -> dict[str, Float32[Array, "..."]]:
-        arrays = unflatten(numbers, self._shapes)
+        arrays = unflatten(self._numbers, self._shapes)
         return {f"{self._layer}.{name}": array for name, array in arrays.items()}
 
     @property
@@ -136,22 +127,19 @@ class CMAESTraining(NetworkTraining):
 
     @property
     def _state(self) -> dict[str, Array]:
-        return {"populations": self._populations, "losses": self._losses, "means": self._means}
+        return {"populations": self._populations, "losses": self._losses}
 
     @property
-    def _wanted(self) -> Mapping[str, tuple[int, ...]]:
-        return {name: (ANY, *array.shape[1:]) for name, array in self._state.items()}
+    def _wanted(self) -> Shapes:
+        of_any_length = {name: (ANY, *array.shape[1:]) for name, array in self._state.items()}
+        return {**super()._wanted, **of_any_length}
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
-        self._populations, self._losses, self._means = (arrays[name] for name in self._state)
-        lengths = len(self._populations), len(self.curve)
-        if lengths != (len(self._losses), len(self._means)):
+        self._populations, self._losses = arrays["populations"], arrays["losses"]
+        if len(self._populations) != len(self._losses):
             raise unreadable(self._file, "its arrays do not fit each other")
         for population, losses in zip(self._populations, self._losses, strict=True):
             self._tell(population, losses)
-        if self.curve:
-            best = int(np.argmax([point.value for point in self.curve]))
-            self._best = self._named(self._means[best])
 
     @property
     def _candidates(self) -> int:

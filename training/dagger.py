@@ -133,7 +133,7 @@ class DAggerTraining(NetworkTraining):
             self._backend,
             architecture=self._actor.architecture,
         )
-        self._best, self._rounds = self._weights, 0
+        self._rounds = 0
         self._open()
         self._rollouts.warm_up(self._numbers)
 
@@ -213,11 +213,8 @@ class DAggerTraining(NetworkTraining):
 
     @property
     def _state(self) -> dict[str, Array]:
-        best = {name.replace("weighting", "best", 1): each for name, each in self._best.items()}
-        return {"rounds": np.array(self.done), **self._actor.to_numpy(), **best}
+        return {"rounds": np.array(self.done), **self._actor.to_numpy()}
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
-        names = self._actor.to_numpy()
         self._rounds = int(arrays["rounds"])
-        self._actor.load_numpy({name: arrays[name] for name in names})
-        self._best = {f"weighting.{name}": arrays[f"best.{name}"] for name in names}
+        self._actor.load_numpy(arrays)

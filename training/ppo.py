@@ -30,7 +30,7 @@ from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.network_policy import NetworkPolicy, save_network
 from training.policy_card import card_of
 from training.policy_controller import PolicyController, named_policy
-from training.policy_file import Interval, Weights, arrays_under
+from training.policy_file import Interval, Weights
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.training_loop import ProgressLogger, Training, run
@@ -73,7 +73,6 @@ PRESETS: Mapping[str, Preset] = {
 (decision 0033), for the weighting by decisions 0034 and 0042."""
 
 LATEST = "latest.safetensors"  # file of the policy of the last interval
-BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> PolicyController:
@@ -100,7 +99,6 @@ class PPOTraining(Training):
         policy = preset.network(n_observed, n_actions, log_std=preset.log_std)
         terms = preset.on_gpu if experiment.device == "cuda" else None
         self._learner = PPOLearner(env, policy, terms or preset.hyperparameters)
-        self._best = self._weights
         self._open()
 
     @property
@@ -141,12 +139,10 @@ class PPOTraining(Training):
 
     @property
     def _state(self) -> dict[str, Array]:
-        best = {BEST + name: array for name, array in self._best.items()}
-        return self._learner.state() | best
+        return self._learner.state()
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         self._learner.restore(arrays)
-        self._best = arrays_under(BEST, arrays)
 
     @property
     def _simulated_s(self) -> float:

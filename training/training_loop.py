@@ -25,13 +25,16 @@ from training.policy_file import (
     Card,
     CurvePoint,
     Interval,
+    Shapes,
     TrainingRecord,
     Weights,
+    arrays_under,
     layer_card,
     save_policy,
 )
 
 FOLDER = "tensorboard"
+BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
 
 
 def write_event(file: Path, **fields: object) -> None:
@@ -162,7 +165,7 @@ class Training(ABC):
     @property
     @abstractmethod
     def _state(self) -> dict[str, Array]:
-        """All arrays of a checkpoint."""
+        """Arrays of a checkpoint, other than the best weights."""
 
     @abstractmethod
     def _restore(self, arrays: Mapping[str, Array]) -> None:
@@ -173,20 +176,27 @@ class Training(ABC):
         """Round trips of the present policy in each held-back world, by scenario."""
 
     @property
-    def _wanted(self) -> Mapping[str, tuple[int, ...]]:
-        return {name: array.shape for name, array in self._state.items()}
+    def _arrays(self) -> dict[str, Array]:
+        """All arrays of a checkpoint."""
+        return self._state | {BEST + name: array for name, array in self._best.items()}
+
+    @property
+    def _wanted(self) -> Shapes:
+        return {name: array.shape for name, array in self._arrays.items()}
 
     def _open(self) -> None:
         """Resume from the checkpoint, or write the first one; ConfigError for another's."""
+        self._best = self._weights
         if self._file.exists():
             identity = self._experiment.identity
             self.curve, arrays = read_checkpoint(self._file, identity, self._wanted)
             self._restore(arrays)
+            self._best = arrays_under(BEST, arrays)
         else:
             self._save()
 
     def _save(self) -> None:
-        write_checkpoint(self._file, self._experiment.identity, self.curve, self._state)
+        write_checkpoint(self._file, self._experiment.identity, self.curve, self._arrays)
 
     @abstractmethod
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:

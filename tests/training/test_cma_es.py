@@ -13,7 +13,7 @@ from training import candidate_rollouts, cma_es
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import BEST_POLICY, CHECKPOINT, write_checkpoint
 from training.cma_es import CMAESTraining, fitness_of, initial_mean, initial_network, train
-from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, unflatten
 from training.linear_motion_policy import linear_policy_of
 from training.policy_file import CurvePoint, load_policy
 
@@ -66,18 +66,15 @@ def test_every_generation_has_worlds_and_random_numbers_of_its_own(experiment, m
     assert len(set(drawn)) == 8
 
 
-def test_a_search_goes_on_from_its_generations_and_from_the_first_mean_of_the_highest_value(
-    experiment,
-):
-    mine, n = experiment(), len(initial_mean(0, "weighting"))
+def test_a_search_goes_on_from_its_generations_and_with_its_best_weights(experiment):
+    mine, shapes = experiment(), EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
+    n = len(initial_mean(0, "weighting"))
     mine.out.mkdir(parents=True)
-    kept = {"populations": np.zeros((2, 4, n), np.float32), "losses": np.zeros((2, 4)),
-            "means": np.arange(4, dtype=np.float32)[:, None].repeat(n, 1)}  # fmt: skip
-    curve = [
-        CurvePoint(step=step, simulated_s=0.0, value=value, round_trips={})
-        for step, value in enumerate((1.0, 3.0, 2.0, 3.0))
-    ]
-    for name in kept:
+    kept = {"populations": np.zeros((2, 4, n), np.float32), "losses": np.zeros((2, 4))}
+    best = unflatten(np.ones(n), shapes)
+    kept |= {f"best.weighting.{name}": array for name, array in best.items()}
+    curve = [CurvePoint(step=1, simulated_s=0.0, value=1.0, round_trips={})]
+    for name in ("populations", "losses"):
         odd = {**kept, name: np.concatenate([kept[name], kept[name][:1]])}
         write_checkpoint(mine.out / CHECKPOINT, mine.identity, curve, odd)
         with pytest.raises(ConfigError, match="its arrays do not fit each other"):
