@@ -118,7 +118,8 @@ test-targets: $(READY)  ## ticks in WebAssembly and on an emulated Cortex-M4; sk
 
 ladder: .venv-torchrl/.ready  ## train what is missing of the ladder, telling the time left, and write docs/ladder.md (a night)
 	.venv-torchrl/bin/swarm-forage benchmark cards --missing --workers $(WORKERS)
-	.venv-torchrl/bin/swarm-forage benchmark ladder --workers $(WORKERS) --page docs/ladder.md
+	.venv-torchrl/bin/swarm-forage benchmark ladder --workers $(WORKERS) --out docs/data/ladder.parquet \
+		--page docs/ladder.md
 
 lint: $(READY)  ## style, types, the house, spelling
 	$(BIN)/ruff check .

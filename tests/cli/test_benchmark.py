@@ -17,14 +17,6 @@ def test_the_cards_are_listed(command):
 def test_a_page_is_written_without_runs(command, tmp_path):
     status, stdout, stderr = command("benchmark", "ladder", "--seeds=0", "--page=ladder.md")
     assert (status, stdout) == (0, "")
-    assert "0 of 0 runs found in runs/ladder, 0 to make" in stderr
+    assert "0 of 0 runs found in docs/data/ladder.parquet, 0 to make" in stderr
     assert (tmp_path / "ladder.md").read_text().startswith("# The ladder")
-    assert json.loads((tmp_path / "runs/ladder/marl_eval.json").read_text()) == {"swarm_forage": {}}
-
-
-def test_a_page_whose_runs_are_not_kept_is_left_alone(command, tmp_path):
-    (tmp_path / "ladder.md").write_text("19 runs\n")
-    status, _, stderr = command("benchmark", "ladder", "--seeds=0", "--page=ladder.md")
-    assert (status, stderr.count("lost")) == (2, 1)
-    assert "is there already, and --kept=docs/data/ladder.parquet is not" in stderr
-    assert (tmp_path / "ladder.md").read_text() == "19 runs\n"
+    assert json.loads((tmp_path / "runs/marl_eval.json").read_text()) == {"swarm_forage": {}}

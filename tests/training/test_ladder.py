@@ -32,13 +32,12 @@ from training.ladder.rungs import (
 from training.ladder.runs import (
     Job,
     Run,
+    add_run,
+    current,
     find,
-    keep,
     marl_eval,
-    read_kept,
-    read_run,
     read_runs,
-    write_kept,
+    write_runs,
 )
 
 TINY = {"scenario": "near", "learn": "motion", "physics": "kinematic", "decision_period": 10,
@@ -165,33 +164,40 @@ def test_unknown_names_are_told():
     assert [each.name for each in named] == ["near", "es1"]
 
 
-def test_a_run_is_found_again_unless_its_configuration_has_changed(scored, tmp_path):
-    job = Job(scored, read_algorithms()["sb3_ppo"], 0)
-    assert find(job, tmp_path) is None
-    keep(run_of(scored), job.file(tmp_path))
-    assert find(job, tmp_path).score == 7.0
-    assert find(replace(job, budget=999), tmp_path) is None
+def test_a_run_is_found_again_unless_its_configuration_has_changed(scored):
+    job, runs = Job(scored, read_algorithms()["sb3_ppo"], 0), [run_of(scored)]
+    assert find(job, []) is None
+    assert find(job, runs) is runs[0]
+    assert find(replace(job, budget=999), runs) is None
     other = replace(scored, keywords={**scored.keywords, "discount": 0.5})
-    assert find(replace(job, rung=other), tmp_path) is None
-    assert read_runs(tmp_path, [other], find_algorithms(None)) == []
+    assert find(replace(job, rung=other), runs) is None
+    assert current(runs, [other], find_algorithms(None)) == []
 
 
-def test_kept_runs_are_read_as_written_and_give_way_to_those_of_a_folder(scored, tmp_path):
-    kept, out, algorithms = tmp_path / "kept.parquet", tmp_path / "out", find_algorithms(None)
-    assert read_kept(kept) == []
+def test_runs_are_read_as_written_and_replaced_by_those_that_are_as_long(scored, tmp_path):
+    file, algorithms = tmp_path / "runs.parquet", find_algorithms(None)
+    assert read_runs(file) == []
     made = [run_of(scored, seed=k) for k in range(3)]
     runs = [replace(each, scores=[7.0], scores_by_chance=[each.seed]) for each in made]
-    write_kept(runs, kept)
-    assert read_kept(kept) == runs
-    job = Job(scored, read_algorithms()["sb3_ppo"], 1)
-    assert find(job, out, runs) == runs[1]
-    anew = replace(runs[1], scores=[9.0])
-    keep(anew, job.file(out))
-    assert read_runs(out, [scored], algorithms, runs) == [runs[0], anew, runs[2]]
-    assert find(job, out, runs) == anew
-    kept.write_bytes(kept.read_bytes()[:-100])
-    with pytest.raises(ConfigError, match=r"kept.parquet: holds no runs of the ladder"):
-        read_kept(kept)
+    write_runs(runs, file)
+    assert read_runs(file) == runs
+    odd, short = replace(runs[1], key="old"), replace(runs[1], robot_steps=9)
+    write_runs([runs[0], odd, runs[2]], file)
+    add_run(short, file)
+    assert read_runs(file) == [runs[0], odd, runs[2], short], "the longer one is kept"
+    assert current(read_runs(file), [scored], algorithms) == [runs[0], short, runs[2]]
+    add_run(runs[1], file)
+    assert read_runs(file) == [runs[0], runs[2], runs[1]]
+    assert current([runs[1], short], [scored], algorithms) == [runs[1]]
+
+
+def test_a_file_that_holds_no_runs_is_refused(scored, tmp_path):
+    file = tmp_path / "runs.parquet"
+    write_runs([run_of(scored)], file)
+    for content in (file.read_bytes()[:-100], b"", b"[]"):
+        file.write_bytes(content)
+        with pytest.raises(ConfigError, match=r"runs.parquet: holds no runs of the ladder; move"):
+            read_runs(file)
 
 
 def test_a_library_that_is_missing_is_told_and_left_out(monkeypatch):
@@ -402,28 +408,18 @@ def test_runs_that_are_made_are_kept_and_told_one_by_one(monkeypatch, scored, tm
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: asked.append(algorithm.name))
     jobs = benchmark.jobs_of([scored], [read_algorithms()["sb3_ppo"]], 3, 2_500_000)
     made = [replace(run_of(scored, seed=job.seed, steps=2_500_000), key=job.key) for job in jobs]
-    keep(made[0], jobs[0].file(tmp_path))
+    file = tmp_path / "runs.parquet"
+    write_runs(made[:1], file)
     backend = SimpleNamespace(run=lambda make, todo: (made[job.seed] for job in todo))
-    benchmark.run_jobs(jobs, tmp_path, backend)
+    benchmark.run_jobs(jobs, file, backend)
     assert said == [
-        f"1 of 3 runs found in {tmp_path}, 2 to make",
+        f"1 of 3 runs found in {file}, 2 to make",
         "tiny, sb3_ppo, seed 1: 7.0 after 2.5 M robot-steps in 60 s; about 3 s left",
         "tiny, sb3_ppo, seed 2: 7.0 after 2.5 M robot-steps in 60 s; about 0 s left",
         "done in 7 s",
     ]
     assert asked == ["sb3_ppo"], "what is missing is told before anything trains"
-    kept = tmp_path / "tiny" / "sb3_ppo" / "seed2.json"
-    assert read_run(kept).robot_steps == 2_500_000
-    text = kept.read_text("utf-8")
-    assert text == json.dumps(json.loads(text), indent=1) + "\n"
-
-
-@pytest.mark.parametrize("text", ["", "{}", "[]", '{"rung": 1', '{"odd": 2}'])
-def test_a_file_that_is_no_run_is_refused(tmp_path, text):
-    assert read_run(tmp_path / "none.json") is None
-    (tmp_path / "x.json").write_text(text)
-    with pytest.raises(ConfigError, match=r"x.json: is no run of the ladder; move it away"):
-        read_run(tmp_path / "x.json")
+    assert read_runs(file)[2].robot_steps == 2_500_000
 
 
 def test_references_are_scored_by_their_own_episodes(monkeypatch, rung, tmp_path):

@@ -1,14 +1,13 @@
 """The ladder's algorithms of BenchMARL; run by `make test-torchrl`."""
 
 import importlib.util
-import json
 from dataclasses import replace
 
 import pytest
 
 from training.ladder.benchmark import make
 from training.ladder.rungs import read_algorithms, read_rungs
-from training.ladder.runs import Job, find, keep
+from training.ladder.runs import Job, add_run, find, read_runs
 
 pytestmark = [
     pytest.mark.torchrl,
@@ -42,23 +41,21 @@ def test_an_algorithm_learns_on_a_rung_and_is_scored(name, tmp_path):
     small = algorithm.model_copy(update={"experiment": FEW})
     job = Job(replace(rung, keywords=short, card=card), small, 3, 32 * 5 * 10)
     run = make(job)
-    keep(run, job.file(tmp_path))
+    add_run(run, tmp_path / "runs.parquet")
     assert [point["robot_steps"] for point in run.curve] == [800, 1600]
     assert len(run.scores) == 2
-    assert find(job, tmp_path) == run
-    assert json.loads(job.file(tmp_path).read_text())["versions"]["benchmarl"]
+    assert find(job, read_runs(tmp_path / "runs.parquet")) == run
+    assert run.versions["benchmarl"]
 
 
 @pytest.mark.parametrize("name", ["ippo", "iql"])
-def test_from_exchange_to_exchange_ticks_are_counted(name, tmp_path):
+def test_from_exchange_to_exchange_ticks_are_counted(name):
     rung = read_rungs()["weighting"]
     busy = {"task.area_distance": 0.7, "robot.cruise_speed": 0.12, "max_cycles": 600}
     card = rung.card.model_copy(update={"episodes": 2, "curve_episodes": 2})
     small = read_algorithms()[name].model_copy(update={"experiment": FEW})
     job = Job(replace(rung, keywords={**rung.keywords, **busy}, card=card), small, 3, 30_000)
-    run = make(job)
-    keep(run, job.file(tmp_path))
-    steps = [point["robot_steps"] for point in run.curve]
+    steps = [point["robot_steps"] for point in make(job).curve]
     assert steps == sorted(steps)
     assert steps[-2] < 30_000 <= steps[-1]
     assert all(each % 10 == 0 for each in steps)

@@ -39,14 +39,14 @@ def call(monkeypatch, tmp_path):
 
 @pytest.fixture
 def kept(tmp_path):
-    """The option with a copy of the runs that the documentation tells of, and these."""
+    """The option of a copy of the runs that the documentation tells of, and these."""
     file = tmp_path / "runs.parquet"
     file.write_bytes((DOCS / "data" / "ladder.parquet").read_bytes())
-    return f"--kept={file}", runs.read_kept(file)
+    return f"--out={file}", runs.read_runs(file)
 
 
-def test_a_ladder_makes_five_trainings_of_all_algorithms_on_all_rungs(call, kept, tmp_path):
-    result, done = call("ladder", f"--out={tmp_path}", kept[0])
+def test_a_ladder_makes_five_trainings_of_all_algorithms_on_all_rungs(call, kept):
+    result, done = call("ladder", kept[0])
     (jobs,), rungs, algorithms = done.jobs, read_rungs(), read_algorithms().values()
     assert len(jobs) == 5 * sum(len(each.rungs) or len(rungs) for each in algorithms)
     assert {job.seed for job in jobs} == {0, 1, 2, 3, 4}
@@ -61,26 +61,26 @@ def test_a_ladder_makes_five_trainings_of_all_algorithms_on_all_rungs(call, kept
 def test_a_ladder_of_one_rung_tells_of_that_and_keeps_a_file_of_all(call, kept, tmp_path):
     result, done = call(
         "ladder", "--rung=near", "--algorithm=sb3_ppo", "--seeds=1", "--budget=500",
-        "--workers=3", f"--out={tmp_path}", kept[0],
+        "--workers=3", kept[0],
     )  # fmt: skip
     ((job,),) = done.jobs
     told = job.rung.name, job.algorithm.name, job.seed, job.robot_steps
     assert told == ("near", "sb3_ppo", 0, 500)
     assert done.workers == [3]
     assert all(line.startswith("near sb3_ppo ") for line in result.output.splitlines())
-    tree = json.loads((tmp_path / "marl_eval.json").read_text("utf-8"))["swarm_forage"]
+    tree = json.loads((tmp_path / "runs" / "marl_eval.json").read_text("utf-8"))["swarm_forage"]
     assert set(tree) == {run.rung for run in kept[1]}
 
 
-def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch, tmp_path):
+def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch):
     curve = [{"robot_steps": 3_000_000, "wall_s": 30.0, "scores": [200.0]}]
     found = [
         Run("es1", name, 0, "key", {}, 6_000_000, 60.0, curve, (score,), (0.5 * score,), {})
         for name, score in (("sb3_ppo", 230.0), ("sb3_dqn", 120.0))
     ]
-    monkeypatch.setattr(runs, "read_runs", lambda *given: found)
+    monkeypatch.setattr(runs, "current", lambda *given: found)
     monkeypatch.setattr(benchmark, "installed", list)
-    result, done = call("defaults", "--seeds=2", f"--out={tmp_path}")
+    result, done = call("defaults", "--seeds=2")
     (jobs,) = done.jobs
     assert {(job.rung.name, job.seed) for job in jobs} == {("es1", 0), ("es1", 1)}
     assert {job.algorithm.name for job in jobs} == set(DEFAULTS)
@@ -94,7 +94,7 @@ def test_the_page_of_the_documentation_is_what_its_runs_make(call, kept, tmp_pat
     monkeypatch.setattr(figures, "curves", lambda rung, *rest: f"curves of {rung.name}")
     monkeypatch.setattr(figures, "profiles", lambda rungs, *rest: f"profiles of {len(rungs)}")
     monkeypatch.setattr(figure_page, "save_figure", lambda *given: drawn.append(given[:2]))
-    told = f"--out={tmp_path}", kept[0], f"--page={tmp_path / 'page.md'}"
+    told = kept[0], f"--page={tmp_path / 'page.md'}"
     assert call("ladder", "--seeds=0", *told)[0].exit_code == 0
     folder, names = tmp_path / "images" / "ladder", {run.rung for run in kept[1]}
     ran = [name for name in read_rungs() if name in names]
@@ -103,11 +103,22 @@ def test_the_page_of_the_documentation_is_what_its_runs_make(call, kept, tmp_pat
         (f"profiles of {len(ran)}", folder / "profile.png"),
     ]
     expected = (DOCS / "ladder.md").read_text("utf-8")
-    command = "--out=runs/ladder --kept=docs/data/ladder.parquet --page=docs/ladder.md"
+    command = "--out=docs/data/ladder.parquet --page=docs/ladder.md"
     assert command in expected
     made = (tmp_path / "page.md").read_text("utf-8")
     assert made.replace(" ".join(told), command) == expected
-    assert runs.read_kept(tmp_path / "runs.parquet") == kept[1]
+
+
+def test_runs_of_other_settings_are_told_and_kept(call, kept, tmp_path, monkeypatch):
+    said, (first, *rest) = [], kept[1][:3]
+    monkeypatch.setattr(commands, "say", said.append)
+    few = [replace(first, key="old"), replace(first, robot_steps=1), *rest]
+    runs.write_runs(few, tmp_path / "runs.parquet")
+    result, _ = call("ladder", "--seeds=0", kept[0])
+    told = f"{first.rung}, {first.algorithm}, seed {first.seed} no longer counts"
+    assert [told in line for line in said] == [True]
+    assert len(result.output.splitlines()) == 3
+    assert runs.read_runs(tmp_path / "runs.parquet") == few
 
 
 def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):

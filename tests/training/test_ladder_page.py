@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from swarm_forage_env.errors import ConfigError
-from training.ladder import commands, figures, page
+from training.ladder import figures, page
 from training.ladder.figures import TAUS
 from training.ladder.rungs import (
     RANDOM,
@@ -123,15 +122,6 @@ def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):
     algorithm = next(iter(read_algorithms().values())).model_copy(update={"share": 0.25})
     assert Job(rung, algorithm, 0).robot_steps == 250_000
     assert Job(rung, algorithm, 0, 1234).robot_steps == 1234
-
-
-def test_kept_runs_are_neither_lost_nor_replaced_by_shorter_ones(tmp_path):
-    kept = [run_of(seed=k) for k in range(3)]
-    commands._check_loses_nothing(tmp_path, kept, [*kept, run_of("qmix")])
-    shorter = [*kept[:2], replace(kept[2], robot_steps=1)]
-    for now in (kept[:2], shorter):
-        with pytest.raises(ConfigError, match=r"1 of its 3 runs .* of tiny, sb3_ppo, seed 2"):
-            commands._check_loses_nothing(tmp_path, kept, now)
 
 
 def test_defaults_are_told_seed_by_seed_and_how_many_beat_the_hand_written(rung):

@@ -19,7 +19,7 @@ from swarm_forage_env.extras import remedy
 from swarm_forage_env.task import task_of
 from training.ladder.play import Watch, play, random_actions, seeds_of_tests
 from training.ladder.rungs import RANDOM, Algorithm, Rung, Score, write_scores
-from training.ladder.runs import Job, Run, find, keep, versions
+from training.ladder.runs import Job, Run, add_run, find, read_runs, versions
 
 TRAINERS = {
     "sb3": "training.ladder.trainers:by_sb3",
@@ -75,21 +75,21 @@ def jobs_of(
     return jobs
 
 
-def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend, kept: Sequence[Run] = ()) -> None:
-    """Make the runs that are neither in a folder nor kept: a line for each tells the time left.
+def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend) -> None:
+    """Make the runs that a file lacks, and add them to it: a line for each tells the time left.
 
     There is a bar too if stderr is a terminal.
     """
-    todo = [job for job in jobs if find(job, out, kept) is None]
-    n_found = f"{len(jobs) - len(todo)} of {len(jobs)} runs"
-    say(f"{n_found} found in {out}{' and kept' * bool(kept)}, {len(todo)} to make")
+    kept = read_runs(out)
+    todo = [job for job in jobs if find(job, kept) is None]
+    say(f"{len(jobs) - len(todo)} of {len(jobs)} runs found in {out}, {len(todo)} to make")
     for algorithm in {job.algorithm.name: job.algorithm for job in todo}.values():
         trainer_of(algorithm)  # tells early what is missing
     begin, done, in_all = time.monotonic(), 0, sum(job.robot_steps for job in todo)
     with progress_bar("runs") as progress, closing(backend.run(make, todo)) as finished:
         bar = progress.add_task("", total=len(todo))
         for run in finished:
-            keep(run, run.file(out))
+            add_run(run, out)
             progress.advance(bar)
             done += run.robot_steps
             left = (time.monotonic() - begin) * (in_all - done) / done

@@ -11,6 +11,7 @@ from typer import Option
 
 from baselines.cli import ListedFormat, app, stoppable
 from baselines.evaluation.common_options import AddressOption, BackendOption, find_backend, path
+from baselines.evaluation.console import check_file, say
 
 if TYPE_CHECKING:
     from training.ladder.rungs import Rung
@@ -23,16 +24,13 @@ benchmark = typer.Typer(
 )
 app.add_typer(benchmark)
 
-OutOption = Annotated[Path, Option(parser=path, help="Folder of the runs.")]
-KeptOption = Annotated[
-    Path, Option(parser=path, help="Parquet file of kept runs, read if it is there.")
-]
+OutOption = Annotated[Path, Option(parser=path, help="File of the runs (.parquet).")]
 PageOption = Annotated[
     Path | None,
-    Option(parser=path, help="Write a page of all runs (.md), its figures beside it, and --kept."),
+    Option(parser=path, help="Write a page of all runs (.md), and its figures beside it."),
 ]
 
-RUNS, KEPT = Path("runs/ladder"), Path("docs/data/ladder.parquet")
+RUNS, MARL_EVAL = Path("docs/data/ladder.parquet"), Path("runs/marl_eval.json")
 
 Rungs = Annotated[
     list[str] | None, Option("--rung", metavar="NAME", help="Only this one; may be repeated.")
@@ -95,31 +93,27 @@ def ladder(  # noqa: PLR0913 the options of a command
     ] = None,
     workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
     out: OutOption = RUNS,
-    kept: KeptOption = KEPT,
     page: PageOption = None,
     backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
     """Train algorithms on rungs from scratch, score them in test worlds, and draw their curves.
 
-    Every run is written to --out as soon as it has ended; the same command later makes only those
-    that are neither there nor kept. There is also one file for marl-eval of all runs,
-    OUT/marl_eval.json.
+    Every run is added to --out as soon as it has ended; the same command later makes only those
+    that are not there. There is also one file for marl-eval of all runs, runs/marl_eval.json.
     """
     from training.ladder.benchmark import jobs_of, run_jobs
     from training.ladder.rungs import find_algorithms, find_named, read_rungs
-    from training.ladder.runs import read_kept
 
     known = read_rungs()
     chosen, trained = find_named("rung", rungs, known), find_algorithms(algorithms)
-    _check_page(page, kept)
-    before = read_kept(kept)
+    _check_files(out, page)
     for rung in chosen if seeds else ():
         rung.normalised(0.0)  # tells early that its card has no scores
     spread = find_backend(backend, workers, address=address)
-    run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread, before)
+    run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread)
     shown = {rung.name for rung in chosen}, {algorithm.name for algorithm in trained}
-    for run in _tell(page, out, kept, before):
+    for run in _tell(page, out):
         if run.rung in shown[0] and run.algorithm in shown[1]:
             normalised = known[run.rung].normalised(run.score)
             typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
@@ -131,7 +125,6 @@ def defaults(
     seeds: Annotated[int, Option(min=1, help="Trainings of each.")] = 10,
     workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
     out: OutOption = RUNS,
-    kept: KeptOption = KEPT,
     page: PageOption = None,
 ) -> None:
     """What trainers learn by their libraries' defaults on es1, from round trips alone.
@@ -145,62 +138,41 @@ def defaults(
     from training.ladder.benchmark import installed, jobs_of, run_jobs
     from training.ladder.page import defaults_table
     from training.ladder.rungs import DEFAULTS, find_algorithms, read_rungs
-    from training.ladder.runs import read_kept
 
-    _check_page(page, kept)
-    before, rung = read_kept(kept), read_rungs()["es1"]
+    _check_files(out, page)
+    rung = read_rungs()["es1"]
     jobs = jobs_of([rung], installed(find_algorithms(DEFAULTS)), seeds, None)
-    run_jobs(jobs, out, find_backend("joblib", workers), before)
-    runs = _tell(page, out, kept, before)
-    own = [run for run in runs if run.rung == rung.name and run.algorithm in DEFAULTS]
+    run_jobs(jobs, out, find_backend("joblib", workers))
+    own = [run for run in _tell(page, out) if run.rung == rung.name and run.algorithm in DEFAULTS]
     Console().print(defaults_table(rung, own))
 
 
-def _check_page(page: Path | None, kept: Path) -> None:
-    """ConfigError if a page cannot be written, or is of runs that are not kept."""
-    from baselines.evaluation.console import check_file
-    from swarm_forage_env.errors import ConfigError
-
-    if page is None:
-        return
-    check_file("--page", page, [".md"])
-    if page.exists() and not kept.exists():
-        raise ConfigError(
-            f"--page={page}: is there already, and --kept={kept} is not, so that what it tells of"
-            " would be lost; name the file of its runs by --kept, another page, or move it away"
-        )
-
-
-def _tell(page: Path | None, out: Path, kept: Path, before: "Sequence[Run]") -> "Sequence[Run]":
-    """All runs as they are configured now: as a file for marl-eval, kept and told on the page."""
-    from training.ladder.rungs import find_algorithms, read_rungs
-    from training.ladder.runs import marl_eval, read_runs, write_json, write_kept
-
-    rungs = list(read_rungs().values())
-    runs = read_runs(out, rungs, find_algorithms(None), before)
-    write_json(marl_eval(runs), out / "marl_eval.json")
+def _check_files(out: Path, page: Path | None) -> None:
+    """ConfigError if a file of the options cannot be written."""
     if page:
-        _check_loses_nothing(kept, before, runs)
-        write_kept(runs, kept)
-        command = ["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--kept={kept}"]
-        _write_page(page, rungs, runs, shlex.join([*command, f"--page={page}"]))
+        check_file("--page", page, [".md"])
+    check_file("--out", out, [".parquet"])
+
+
+def _tell(page: Path | None, out: Path) -> "Sequence[Run]":
+    """All runs as they are configured now, also as a file for marl-eval and on the page."""
+    from training.ladder.rungs import find_algorithms, read_rungs
+    from training.ladder.runs import current, marl_eval, read_runs, write_json
+
+    kept, rungs = read_runs(out), list(read_rungs().values())
+    runs = current(kept, rungs, find_algorithms(None))
+    counted = {(*run.identity, run.key) for run in runs}
+    for run in kept:
+        if (*run.identity, run.key) not in counted:
+            say(
+                f"{out}: {run.rung}, {run.algorithm}, seed {run.seed} no longer counts, as it is of"
+                " other settings than now; a new run as long will replace it"
+            )
+    write_json(marl_eval(runs), MARL_EVAL)
+    if page:
+        command = ["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--page={page}"]
+        _write_page(page, rungs, runs, shlex.join(command))
     return runs
-
-
-def _check_loses_nothing(kept: Path, before: "Sequence[Run]", runs: "Sequence[Run]") -> None:
-    """ConfigError if a kept run is missing now, or was longer."""
-    from swarm_forage_env.errors import ConfigError
-
-    now = {run.identity: run.robot_steps for run in runs}
-    lost = [run for run in before if now.get(run.identity, 0) < run.robot_steps]
-    if lost:
-        first = lost[0]
-        raise ConfigError(
-            f"--kept={kept}: {len(lost)} of its {len(before)} runs would be lost, the first of"
-            f" {first.rung}, {first.algorithm}, seed {first.seed}: it is of another configuration"
-            f" than the rung's now, or longer than that of --out ({first.robot_steps} robot-steps);"
-            " train it again, or name another file"
-        )
 
 
 def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", command: str) -> None:

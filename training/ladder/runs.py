@@ -1,17 +1,15 @@
-"""Runs: one for each rung, algorithm and seed, in a file of its own as soon as it has ended.
+"""Runs: one for each rung, algorithm and seed, a row of a Parquet file as soon as it has ended.
 
-    OUT/near/mappo/seed0.json
-
-Files are written atomically, so that a benchmark killed at any moment goes on with the runs that
-are missing. Nothing of a run that was under way is kept. The runs that a page tells of are kept
-beside it in one Parquet file, a row each, which stands in the repository.
+The file is written atomically, so that a benchmark killed at any moment goes on with the runs that
+are missing. Nothing of a run that was under way is kept. The runs that docs/ladder.md tells of
+stand in the repository.
 """
 
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from itertools import product
@@ -88,10 +86,6 @@ class Job:
         text = json.dumps(self.config, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
-    def file(self, out: Path) -> Path:
-        """The file of the run in a folder of runs."""
-        return out / self.rung.name / self.algorithm.name / f"seed{self.seed}.json"
-
 
 @dataclass(frozen=True)
 class Run:
@@ -109,10 +103,6 @@ class Run:
     scores_by_chance: Sequence[float]  # of the same policy, stochastic as in training
     versions: Mapping[str, str]
 
-    def file(self, out: Path) -> Path:
-        """Its file in a folder of runs."""
-        return out / self.rung / self.algorithm / f"seed{self.seed}.json"
-
     @property
     def identity(self) -> tuple[str, str, int]:
         """What tells it from other runs: rung, algorithm and seed."""
@@ -129,53 +119,34 @@ class Run:
         return float(np.mean(self.scores_by_chance))
 
 
-def keep(run: Run, file: Path) -> None:
-    """Write a run to its file, whole or not at all."""
-    write_json(asdict(run), file)
-
-
 def write_json(tree: Mapping[str, object], file: Path) -> None:
     """Write a JSON file, whole or not at all."""
     write_atomically(file, (json.dumps(tree, indent=1) + "\n").encode())
 
 
-def find(job: Job, out: Path, kept: Sequence[Run] = ()) -> Run | None:
-    """The run of a job in a folder or among kept ones, of this configuration and length."""
+def find(job: Job, runs: Sequence[Run]) -> Run | None:
+    """The run of a job among others, of this configuration and length."""
     wanted = (job.rung.name, job.algorithm.name, job.seed, job.key, job.robot_steps)
-    for run in (read_run(job.file(out)), *kept):
-        if run is not None and (*run.identity, run.key, run.robot_steps) == wanted:
-            return run
-    return None
+    return next((run for run in runs if (*run.identity, run.key, run.robot_steps) == wanted), None)
 
 
-def read_run(file: Path) -> Run | None:
-    """The run of a file; None if there is no file, ConfigError if it holds no run."""
-    try:
-        return Run(**json.loads(file.read_text(encoding="utf-8")))
-    except FileNotFoundError:
-        return None
-    except (TypeError, ValueError):
-        raise ConfigError(f"{file}: is no run of the ladder; move it away") from None
-
-
-def read_runs(
-    out: Path, rungs: Sequence[Rung], algorithms: Sequence[Algorithm], kept: Sequence[Run] = ()
+def current(
+    runs: Sequence[Run], rungs: Sequence[Rung], algorithms: Sequence[Algorithm]
 ) -> list[Run]:
     """The runs of these rungs and algorithms, of any length, as they are configured now.
 
-    They are those of a folder and kept ones; of two of a seed that of the folder.
+    Of two of a seed it is the longer one.
     """
     found: list[Run] = []
     for rung, algorithm in product(rungs, algorithms):
-        job = Job(rung, algorithm, 0)
-        own = [run for run in kept if run.identity[:2] == (rung.name, algorithm.name)]
-        runs = (*own, *map(read_run, job.file(out).parent.glob("seed*.json")))
-        alike = {run.seed: run for run in runs if run is not None and run.key == job.key}
-        found += [alike[seed] for seed in sorted(alike)]
+        wanted = (rung.name, algorithm.name, Job(rung, algorithm, 0).key)
+        alike = [run for run in runs if (*run.identity[:2], run.key) == wanted]
+        longest = {run.seed: run for run in sorted(alike, key=lambda run: run.robot_steps)}
+        found += [longest[seed] for seed in sorted(longest)]
     return found
 
 
-def read_kept(file: Path) -> list[Run]:
+def read_runs(file: Path) -> list[Run]:
     """The runs of a Parquet file; none if there is no file, ConfigError if it holds no runs."""
     if not file.exists():
         return []
@@ -186,13 +157,23 @@ def read_kept(file: Path) -> list[Run]:
         raise ConfigError(f"{file}: holds no runs of the ladder; move it away") from None
 
 
-def write_kept(runs: Sequence[Run], file: Path) -> None:
+def write_runs(runs: Sequence[Run], file: Path) -> None:
     """Write runs to a Parquet file, whole or not at all."""
     rows = [vars(run) | {name: json.dumps(vars(run)[name]) for name in AS_JSON} for run in runs]
     content = pa.BufferOutputStream()
     table = pa.Table.from_pylist(rows, COLUMNS)
     pq.write_table(table, content, compression="zstd", write_page_checksum=True)
     write_atomically(file, content.getvalue().to_pybytes())
+
+
+def add_run(run: Run, file: Path) -> None:
+    """Add a run to a Parquet file, in the place of those of its seed that are not longer."""
+    others = [
+        each
+        for each in read_runs(file)
+        if each.identity != run.identity or each.robot_steps > run.robot_steps
+    ]
+    write_runs([*others, run], file)
 
 
 def versions() -> dict[str, str]:
