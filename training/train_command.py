@@ -274,7 +274,7 @@ def dataset(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.dataset import folder_name
     from baselines.evaluation.evaluate_options import check_count
     from training.experiment import FIRST_TRAINING_SEED
-    from training.transition_recording import DatasetOptions, Recording, Transitions
+    from training.transitions import DatasetOptions, Recording, Transitions
 
     check_count("--threads", threads)
     first = FIRST_TRAINING_SEED if seed is None else seed

@@ -1,20 +1,56 @@
-"""Offline transitions: what robots observed, did and earned in every tick, read from Parquet.
+"""Offline transitions, kept as Parquet: what robots observed, did and earned in every tick.
 
     OUT/scenario=es1/policy=ssgikf/<key>-seed00010000.transitions.parquet
 
-`swarm-forage dataset` writes them, `training.transition_recording` makes them.
+`swarm-forage dataset` records them, of all policies in one action space: that of the motion's
+commands in every tick, which are wheels of e-pucks. A controller plays an episode, and an
+environment is given its commands, which tells what a learner observes and earns there. Both end
+alike, bit for bit, or nothing is kept.
 """
 
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
+from gymnasium.spaces import Box
+from scipy.special import ndtr
 
-from baselines.evaluation.dataset import DamagedFileError, checked_text, read_table, unread
-from swarm_forage_env.arrays import Array
+from baselines.controller import LayeredController
+from baselines.controllers import SINGLE, SUBSUMPTION
+from baselines.evaluation.dataset import (
+    DamagedFileError,
+    Dataset,
+    checked_text,
+    folder_name,
+    read_table,
+    unread,
+    with_checksum,
+)
+from baselines.evaluation.evaluate_options import EvaluateOptions
+from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.trajectories import COMPRESSION
+from baselines.weighting.sgikf import SGIKF
+from swarm_forage_env import envs
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.controllers import parse_controller
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.config import chosen_robots
+from swarm_forage_env.envs.make import checked_parts
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from training.policy_card import PolicyCard, card_from
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.parameters import BaseScenario
+from swarm_forage_env.task import task_of
+from training.policy import Draw, ForeignPolicy
+from training.policy_card import PolicyCard, card_from, card_of
+from training.policy_controller import PolicyController
 
 ENDING = ".transitions.parquet"
 """Of the names of files."""
@@ -26,6 +62,9 @@ COLUMNS = (
     "observation", "action", "reward", "next_observation", "terminated", "truncated",
     "robot", "decision", "seed",
 )  # fmt: skip
+
+BLOCK_ROWS = 1_000_000
+"""Transitions of the worlds that are played side by side, about."""
 
 
 def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
@@ -108,3 +147,179 @@ def _array(column: pa.ChunkedArray) -> Array:
     if pa.types.is_fixed_size_list(whole.type):
         return np.array(whole.flatten()).reshape(len(whole), -1)
     return np.array(whole)
+
+
+class RandomPolicy(ForeignPolicy):
+    """Uniformly random actions, from a stream of each robot."""
+
+    chance: bool = True
+
+    def start_by_chance(self, form: PolicyForm) -> Draw:
+        """Each normal draw as the share of the normal distribution below it."""
+        space = form.action_space
+        if not isinstance(space, Box):
+            raise ConfigError("policy random: draws numbers, not choices; leave out discrete")
+        return lambda observed, draws: space.low + (space.high - space.low) * ndtr(draws)
+
+
+class RandomController(PolicyController):
+    """Robots that act at random in the action space of the environment's defaults."""
+
+    def assumed(self, scenario: BaseScenario) -> str:
+        """Nothing: it was not trained."""
+        return ""
+
+
+RANDOM = RandomController("random", SINGLE, SGIKF(), SUBSUMPTION, RandomPolicy())
+
+
+class DatasetOptions(EvaluateOptions):
+    """Options of `dataset`: as `evaluate`, and the policy `random`."""
+
+    def find(self, name: str) -> LayeredController:
+        """The controller of a name."""
+        if name.partition(":")[0] != RANDOM.name:
+            return super().find(name)
+        return RANDOM.with_parameters(parse_controller(name)[1])
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What is recorded of one policy: the first `learners` robots of each episode, or all."""
+
+    configuration: ExperimentConfig
+    learners: int | None = None
+
+    @property
+    def keywords(self) -> dict[str, Any]:
+        """Of the environment: its action is what the motion commands, in every tick."""
+        forms = task_of(self.configuration.scenario).steerings
+        return {
+            "learn": "motion",
+            "action": next((name for name, each in forms.items() if each.command is None), None),
+            "reflexes": False,
+            "walk": False,
+            "decision_period": 1,
+            "learners": self.learners,
+            "physics": self.configuration.physics,
+        }
+
+    @cached_property
+    def card(self) -> PolicyCard:
+        """The card of a policy that is trained on it, which acts beside the same other layers.
+
+        ConfigError or UnknownNameError for a policy whose motion cannot be recorded.
+        """
+        controller = self.configuration.controller
+        if isinstance(controller, PolicyController):
+            if controller.policy.learn != "motion":
+                raise ConfigError(
+                    f"policy '{self.configuration.label}': takes the place of"
+                    f" {controller.policy.learn}, which stands in no card; only policies of the"
+                    " motion are recorded"
+                )
+            controller = replace(controller.hand_written, name=controller.name_of_layers())
+        return card_of(checked_parts(self.configuration.scenario, controller, self.keywords))
+
+    @cached_property
+    def key(self) -> str:
+        """Hash of everything but the seed that the transitions depend on."""
+        world = Path(envs.__file__).parents[1]
+        files = sorted([*world.glob("envs/*.py"), *world.rglob("rewards.py"), Path(__file__)])
+        text = hashlib.sha256(f"{self.configuration.key} {self.card} {self.keywords}".encode())
+        for file in files:
+            text.update(file.read_bytes())
+        return text.hexdigest()[:16]
+
+    @property
+    def n_rows(self) -> int:
+        """Transitions of an episode."""
+        scenario = self.configuration.scenario
+        agents = task_of(scenario).agents(scenario.task.n_robots)
+        return int(scenario.n_ticks) * len(chosen_robots(self.learners, agents))
+
+    @property
+    def size(self) -> int:
+        """Of an episode's transitions, uncompressed [byte]."""
+        return self.n_rows * (8 * len(self.card.observes) + 30)
+
+    def play(self, seeds: Sequence[int], threads: int = 1) -> list[pa.Table]:
+        """Play an episode for each seed, side by side: a table of each.
+
+        ConfigError if the environment ends otherwise, as the motion did more than to command.
+        """
+        config = self.configuration
+        loop = Loop(config.scenario, config.controller, seeds, config.physics, threads)
+        env = ArrayEnv(
+            config.scenario, len(seeds), config.controller, threads=threads, **self.keywords
+        )
+        robots, shape = env.learner_numbers, (len(seeds), len(env.learners), env.max_cycles)
+        seen = np.empty((*shape[:2], shape[2] + 1, len(env.observation_layout)), np.float32)
+        acted, earned = np.empty((*shape, *env.action_shape), np.float32), np.empty(shape, "f4")
+        seen[:, :, 0], _ = env.reset(seed=list(seeds))
+        for tick in range(env.max_cycles):
+            loop.step()
+            acted[:, :, tick] = loop.world.robots["command"][env.task.commanded][:, robots]
+            seen[:, :, tick + 1], earned[:, :, tick], *_ = env.step(acted[:, :, tick])
+        if not np.array_equal(loop.world.robots["pose"], env.world.robots["pose"]):
+            raise ConfigError(
+                f"policy '{config.label}': its commands alone do not repeat the episode, so that"
+                " they are not its actions; leave it out"
+            )
+        worlds = zip(seeds, seen, acted, earned, strict=True)
+        return [self._table(seed, robots, each) for seed, *each in worlds]
+
+    def _table(self, seed: int, robots: Array, played: Sequence[Float32[Array, "..."]]) -> pa.Table:
+        """The transitions of an episode: a robot's follow one another."""
+        seen, acted, earned = played
+        n_robots, n = earned.shape
+        last = np.zeros((n_robots, n), np.bool_)
+        last[:, -1] = True
+        columns = (
+            _vectors(seen[:, :-1]), _vectors(acted), earned.ravel(), _vectors(seen[:, 1:]),
+            np.zeros(last.size, np.bool_), last.ravel(),
+            np.repeat(robots.astype(np.int32), n), np.tile(np.arange(n, dtype=np.int32), n_robots),
+            np.full(last.size, seed, np.uint64),
+        )  # fmt: skip
+        table = pa.table(dict(zip(COLUMNS, columns, strict=True)))
+        return table.replace_schema_metadata({CARD: with_checksum(self.card.model_dump_json())})
+
+
+class Transitions(Dataset):
+    """A folder of transitions: a file for each policy and seed."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, ENDING)
+
+    def file(self, recording: Recording, seed: int) -> Path:
+        """Path of an episode's file, whether it exists or not."""
+        config = recording.configuration
+        folder = self.folder / folder_name(config.scenario.name, "scenario=")
+        folder /= folder_name(config.label, "policy=")
+        return folder / f"{recording.key}-seed{seed:08d}{ENDING}"
+
+    def missing_seeds(self, recording: Recording, seeds: Sequence[int]) -> list[int]:
+        """Seeds of the episodes that are not kept whole; damaged files are set aside."""
+
+        def check(table: pa.Table) -> bool:
+            written = tuple(table.column_names), table.num_rows, card_text(table)
+            if written != (COLUMNS, recording.n_rows, recording.card.model_dump_json()):
+                raise DamagedFileError("not the transitions of an episode")
+            return True
+
+        return [s for s in seeds if not self.read_checked(self.file(recording, s), check)]
+
+    def record(self, recording: Recording, seeds: Sequence[int], threads: int) -> Iterator[int]:
+        """Play and keep episodes; yield how many, after each block."""
+        n_worlds = max(1, BLOCK_ROWS // recording.n_rows)
+        for first in range(0, len(seeds), n_worlds):
+            block = seeds[first : first + n_worlds]
+            for seed, table in zip(block, recording.play(block, threads), strict=True):
+                content = pa.BufferOutputStream()
+                pq.write_table(table, content, **COMPRESSION)
+                self.write(self.file(recording, seed), content.getvalue().to_pybytes())
+            yield len(block)
+
+
+def _vectors(rows: Float32[Array, "robots decisions numbers"]) -> pa.Array:
+    return pa.FixedSizeListArray.from_arrays(pa.array(rows.ravel()), rows.shape[-1])

@@ -17,8 +17,7 @@ from tests.scripts import ROOT
 from training import train_command
 from training.cloning import Cloner, CloningOptions, discounted_returns, reward_weights
 from training.policy_controller import policy_controller
-from training.transition_recording import DatasetOptions, Recording
-from training.transitions import COLUMNS, card_in, read
+from training.transitions import COLUMNS, DatasetOptions, Recording, card_in, read
 
 SEED = 7
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 90.0}

@@ -27,8 +27,7 @@ from training.policy_card import CardKeywords
 from training.ppo import PRESETS
 from training.ppo_learner import PPOLearner
 from training.tensor_vec_env import TensorVecEnv
-from training.transition_recording import DatasetOptions, Recording, Transitions
-from training.transitions import read
+from training.transitions import DatasetOptions, Recording, Transitions, read
 from training.vec_env import SwarmVecEnv
 
 MODELS = {"": PPO, "recurrent_ppo": RecurrentPPO, "sac": SAC, "dqn": DQN}
