@@ -17,34 +17,25 @@ from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer, WeightingLayer
 from training.learned_weighting import EXCHANGE_NETWORK, WeightingNetwork
-from training.linear_motion_policy import linear_motion
+from training.linear_motion_policy import LinearMotion
 from training.policy_file import LayerName
+
+Architecture = WeightingNetwork | LinearMotion
 
 MAX_ROWS = 2000
 """Robots in one job, about; larger batches hardly reduce the overhead per robot any further."""
 
 
 @dataclass(frozen=True)
-class CandidateWeighting:
-    """A weighting by a network of these flat weights."""
+class Candidate:
+    """A layer that is a network of these flat weights."""
 
-    network: Float32[Array, " numbers"]
-    architecture: WeightingNetwork = EXCHANGE_NETWORK
+    numbers: Float32[Array, " numbers"]
+    architecture: Architecture = EXCHANGE_NETWORK
 
-    def layer(self, scenario: Scenario) -> WeightingLayer:
+    def layer(self, scenario: Scenario) -> WeightingLayer | MotionLayer:
         """The network as a compiled layer."""
-        return self.architecture.layer(self.network)
-
-
-@dataclass(frozen=True)
-class CandidateMotion:
-    """A linear motion policy of these flat weights."""
-
-    policy: Float32[Array, " numbers"]
-
-    def layer(self, scenario: Scenario) -> MotionLayer:
-        """The policy as a compiled layer."""
-        return linear_motion(self.policy, scenario)
+        return self.architecture.layer(self.numbers, scenario)
 
 
 @dataclass(frozen=True)
@@ -68,8 +59,7 @@ class CandidateRollouts:
     physics: str = "rigid"
     backend: Backend = JoblibBackend()  # noqa: RUF009 frozen
     layer: LayerName = "weighting"
-    architecture: WeightingNetwork = EXCHANGE_NETWORK
-    """Architecture of the candidates for a weighting."""
+    architecture: Architecture = EXCHANGE_NETWORK
     device: str = "cpu"  # where worlds run: "cpu" or "cuda"
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
@@ -115,10 +105,8 @@ class CandidateRollouts:
             yield RolloutJob(scenario, controllers, own_seeds, self.physics, self.device)
 
     def _with(self, network: Float32[Array, " numbers"]) -> LayeredController:
-        if self.layer == "weighting":
-            candidate = CandidateWeighting(network, self.architecture)
-            return replace(self.controller, weighting=candidate)
-        return replace(self.controller, motion=CandidateMotion(network))
+        candidate = Candidate(network, self.architecture)
+        return replace(self.controller, **{self.layer: candidate})  # type: ignore[arg-type]
 
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:

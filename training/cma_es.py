@@ -17,12 +17,11 @@ from cmaes import CMA
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from training import linear_motion_policy
-from training.candidate_rollouts import CandidateRollouts
+from training.candidate_rollouts import Architecture, CandidateRollouts
 from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
-from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, NETWORK, unflatten
-from training.linear_motion_policy import linear_policy_of
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, unflatten
+from training.linear_motion_policy import LINEAR_MOTION
 from training.policy_file import LayerName, Policy, Shapes, load_policy
 from training.training_loop import NetworkTraining, ProgressLogger, run
 
@@ -32,8 +31,8 @@ INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 INITIAL_BETA = 0.001
 """Beta of the SGIFF rule that the search starts from [1/cm]: the best one in large arenas."""
 
-NETWORKS = {"weighting": NETWORK, "motion": linear_motion_policy.NETWORK}
-"""Architecture that is searched for each layer, by its name on a card."""
+ARCHITECTURES: dict[str, Architecture] = {"weighting": EXCHANGE_NETWORK, "motion": LINEAR_MOTION}
+"""Architecture that is searched for each layer."""
 
 SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN}, "motion": {}}
 """Sizes of that architecture, unless the search starts from a learned layer."""
@@ -63,13 +62,14 @@ class CMAESTraining(NetworkTraining):
         super().__init__(experiment)
         (self._layer,) = experiment.layers
         self._sizes, start = initial_network(experiment, self._layer)
-        self._shapes = network_shapes(self._layer, self._sizes)
+        self._architecture = ARCHITECTURES[self._layer]
         self._rollouts = CandidateRollouts(
             experiment.scenarios_by_name,
             experiment.base_controller,
             experiment.physics,
             backend or JoblibBackend(experiment.workers),
             self._layer,
+            self._architecture,
             device=experiment.device,
         )
         sigma = INITIAL_SIGMA[self._layer]
@@ -113,12 +113,12 @@ class CMAESTraining(NetworkTraining):
 
     @property
     def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        arrays = unflatten(self._numbers, self._shapes)
+        arrays = unflatten(self._numbers, self._architecture.shapes(self._sizes))
         return {f"{self._layer}.{name}": array for name, array in arrays.items()}
 
     @property
     def _network(self) -> tuple[str, Mapping[str, int]]:
-        return NETWORKS[self._layer], self._sizes
+        return self._architecture.name, self._sizes
 
     @property
     def _simulated_s(self) -> float:
@@ -156,15 +156,7 @@ def initial_network(
     policy = experiment.policy_of(layer)
     if policy is None:
         return SIZES[layer], initial_mean(experiment.seed, layer)
-    numbers = linear_policy_of(policy) if layer == "motion" else EXCHANGE_NETWORK.numbers_of(policy)
-    return policy.card.layers[layer].sizes, numbers
-
-
-def network_shapes(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:
-    """Shapes of the arrays of the network that is searched for a layer."""
-    if layer == "motion":
-        return linear_motion_policy.SHAPES
-    return EXCHANGE_NETWORK.shapes(sizes)
+    return policy.card.layers[layer].sizes, ARCHITECTURES[layer].numbers_of(policy)
 
 
 def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
@@ -173,7 +165,7 @@ def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
     Motion: zeros, which is subsumption. Weighting: SGIFF with a tenth of its default beta; the
     hidden units have random input weights, and output weights of zero.
     """
-    shapes = network_shapes(layer, SIZES[layer])
+    shapes = ARCHITECTURES[layer].shapes(SIZES[layer])
     mean = np.zeros(sum(math.prod(shape) for shape in shapes.values()))
     if layer == "motion":
         return mean

@@ -172,7 +172,7 @@ class RecordingWeighting:
         self, running: RunningLayers, world: ForagingWorld
     ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
         """Start the running weighting, with access to the beliefs and to the ground truth."""
-        layer = self.architecture.layer(self.numbers)
+        layer = self.architecture.layer(self.numbers, world.scenario)
         weigh = RowWeighting(layer, is_told if self.remembers else is_weighed)
         is_double = running.estimator.numbers["double"] > 0.0
 

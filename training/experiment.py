@@ -24,7 +24,7 @@ from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from swarm_forage_env.worlds_on_cpu import checked_device
 from training.learned_weighting import LearnedWeighting
-from training.linear_motion_policy import LearnedMotion, linear_policy_of
+from training.linear_motion_policy import LINEAR_MOTION, LearnedMotion
 from training.policy_file import LayerName, Policy, load_policy, observation_features
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
@@ -99,7 +99,7 @@ class Experiment:
     def _check_linear_motion(self) -> None:
         policy = self.policy_of("motion")
         if policy is not None:
-            linear_policy_of(policy)
+            LINEAR_MOTION.numbers_of(policy)
         elif self.base_controller.motion != SubsumptionParameters():
             raise ConfigError(
                 f"--controller={self.controller}: a motion found by cma corrects subsumption as"

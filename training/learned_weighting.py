@@ -23,11 +23,9 @@ from swarm_forage_env.equations.elementary import log1p, tanh
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel, WeightingLayer
-from swarm_forage_env.parameters import Parameters
+from swarm_forage_env.parameters import BaseScenario, Parameters
 from swarm_forage_env.record import Numbers
 from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
-
-NETWORK = "log-odds"  # name of this architecture on a policy card
 
 FEATURES = ("own_p", "heard_p", "disagreement", "own_p_elsewhere", "own_distance", "heard_distance",
             "frames", "range")  # fmt: skip
@@ -157,7 +155,7 @@ class WeightingNetwork:
             "output.bias": (1,),
         }
 
-    def layer(self, numbers: Array) -> WeightingLayer:
+    def layer(self, numbers: Array, scenario: BaseScenario) -> WeightingLayer:
         """The weighting layer of a network, from its flat weights, rounded to single precision."""
         single = np.asarray(numbers, np.float32).astype(np.float64)
         return WeightingLayer(self.gain, {"network": single}, heard_p_share=1.0)
@@ -169,7 +167,7 @@ class WeightingNetwork:
         return flatten(policy.weights_of("weighting", shapes), shapes)
 
 
-EXCHANGE_NETWORK = WeightingNetwork(NETWORK, FEATURES, SCALES, gain)
+EXCHANGE_NETWORK = WeightingNetwork("log-odds", FEATURES, SCALES, gain)
 """The network that sees what a learner of the weighting observes."""
 
 
@@ -213,7 +211,8 @@ class LearnedWeighting(Parameters):
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
         """The network of the policy file; ConfigError if it is missing or does not fit."""
-        return self.architecture.layer(self.architecture.numbers_of(load_policy(self.policy)))
+        numbers = self.architecture.numbers_of(load_policy(self.policy))
+        return self.architecture.layer(numbers, scenario)
 
 
 @WEIGHTING_RULES.register("learned_reputation")

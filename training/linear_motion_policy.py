@@ -12,6 +12,7 @@ gradient on each robot's own trips may teach it to push its neighbours aside.
 """
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +41,6 @@ from swarm_forage_env.task import task_of
 from training.learned_weighting import flatten
 from training.policy_file import Policy, Shapes, load_policy, policy_path
 
-NETWORK = "reflexes"  # name of this architecture on a policy card
-
 FEATURES = (
     "one", "target_left", "target_ahead", "near", "unsure",
     "obstacle_left", "obstacle_ahead", "obstacle_right",
@@ -50,12 +49,6 @@ FEATURES = (
 """Input features. `near` falls with the distance to the goal, or without a goal with the path
 travelled since there was one; `unsure` grows with the inverse confidence p, or with that path;
 `robot` is the nearest sender heard, `robots` the share of message slots in use."""
-
-SHAPES: Shapes = {
-    "steer.weight": (2, 2, len(FEATURES)),  # with and without a goal; forward and turning
-    "walk.weight": (len(FEATURES),),
-}
-"""Shapes of the arrays of a policy."""
 
 N_WEIGHTS = 5 * len(FEATURES)  # number of weights of a policy
 
@@ -194,21 +187,35 @@ def steer(
         add_residual(wheels, left, right)
 
 
-def linear_motion(policy: Array, scenario: Scenario) -> MotionLayer:
-    """The motion layer of a policy, from its flat weights, rounded to single precision."""
-    numbers = {
-        **SubsumptionParameters().numbers(scenario),
-        "policy": np.asarray(policy, np.float32).astype(np.float64),
-        "slots": scenario.radio.slots,
-        "path_per_wheel": 0.5 * scenario.robot.cruise_speed * scenario.tick,
-    }
-    return MotionLayer(steer, numbers, SearchCourse, kernels=WHERE_A_LEARNER_STEERS)
+class LinearMotion:
+    """The architecture of learned motions."""
+
+    name = "reflexes"  # name on a policy card
+
+    def shapes(self, sizes: Mapping[str, int]) -> Shapes:
+        """Shapes of the arrays of a policy, in the order of the flat weights."""
+        return {
+            "steer.weight": (2, 2, len(FEATURES)),  # with and without a goal; forward and turning
+            "walk.weight": (len(FEATURES),),
+        }
+
+    def layer(self, policy: Array, scenario: Scenario) -> MotionLayer:
+        """The motion layer of a policy, from its flat weights, rounded to single precision."""
+        numbers = {
+            **SubsumptionParameters().numbers(scenario),
+            "policy": np.asarray(policy, np.float32).astype(np.float64),
+            "slots": scenario.radio.slots,
+            "path_per_wheel": 0.5 * scenario.robot.cruise_speed * scenario.tick,
+        }
+        return MotionLayer(steer, numbers, SearchCourse, kernels=WHERE_A_LEARNER_STEERS)
+
+    def numbers_of(self, policy: Policy) -> Float64[Array, " numbers"]:
+        """Flat weights of a policy's linear motion; ConfigError if it is another architecture."""
+        shapes = self.shapes(policy.sizes_of("motion", self.name, ()))
+        return flatten(policy.weights_of("motion", shapes), shapes)
 
 
-def linear_policy_of(policy: Policy) -> Float64[Array, " numbers"]:
-    """Flat weights of a policy's linear motion; ConfigError if it is another architecture."""
-    policy.sizes_of("motion", NETWORK, ())
-    return flatten(policy.weights_of("motion", SHAPES), SHAPES)
+LINEAR_MOTION = LinearMotion()
 
 
 @MOTIONS.register("learned")
@@ -229,10 +236,10 @@ class LearnedMotion(Parameters):
         policy = load_policy(self.policy)
         if isinstance(scenario, Scenario) and task_of(scenario).name == "foraging":
             policy.check_fits("motion", scenario)
-        linear_policy_of(policy)
+        LINEAR_MOTION.numbers_of(policy)
 
     def layer(self, scenario: Scenario) -> MotionLayer:
         """The compiled motion; ConfigError if the policy does not fit."""
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
-        return linear_motion(linear_policy_of(policy), scenario)
+        return LINEAR_MOTION.layer(LINEAR_MOTION.numbers_of(policy), scenario)

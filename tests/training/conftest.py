@@ -8,7 +8,7 @@ import pytest
 from swarm_forage_env.foraging.scenario import Scenario
 from training.checkpoint import BEST_POLICY, CHECKPOINT
 from training.experiment import Experiment
-from training.learned_weighting import EXCHANGE_NETWORK, NETWORK, unflatten
+from training.learned_weighting import EXCHANGE_NETWORK, unflatten
 from training.policy_file import Card, CurvePoint, Interval, layer_card, save_policy
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "60"}
@@ -26,7 +26,7 @@ FILES = BEST_POLICY, "best.json", CHECKPOINT
 
 def make_card(**changes):
     card = Card(
-        layers={"weighting": layer_card("weighting", Scenario(), NETWORK, SIZES)},
+        layers={"weighting": layer_card("weighting", Scenario(), EXCHANGE_NETWORK.name, SIZES)},
         scenarios=("es1",), settings={}, controller="ssgiff", algorithm="cma", seed=0, versions={},
         command="swarm-forage train weighting es1", curve=(), score={},
     )  # fmt: skip

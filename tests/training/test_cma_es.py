@@ -12,9 +12,15 @@ from swarm_forage_env.scenarios import find_scenario
 from training import candidate_rollouts, cma_es
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import BEST_POLICY, CHECKPOINT, write_checkpoint
-from training.cma_es import CMAESTraining, fitness_of, initial_mean, initial_network, train
+from training.cma_es import (
+    ARCHITECTURES,
+    CMAESTraining,
+    fitness_of,
+    initial_mean,
+    initial_network,
+    train,
+)
 from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, unflatten
-from training.linear_motion_policy import linear_policy_of
 from training.policy_file import CurvePoint, load_policy
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -112,18 +118,15 @@ def test_the_search_starts_from_the_hand_written_rule(experiment):
     assert not initial_mean(0, "motion").any()
 
 
-@pytest.mark.parametrize(
-    ("layer", "numbers_of"),
-    [("weighting", EXCHANGE_NETWORK.numbers_of), ("motion", linear_policy_of)],
-)
-def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
+@pytest.mark.parametrize(("layer", "network"), ARCHITECTURES.items())
+def test_the_search_goes_on_from_a_learned_layer(experiment, layer, network):
     mine = experiment(layer=layer, controller="learned-both", budget=1, every=1)
-    shipped = numbers_of(load_policy(mine.base_controller.layers[layer].policy))
+    shipped = network.numbers_of(load_policy(mine.base_controller.layers[layer].policy))
     _, start = initial_network(mine, layer)
     np.testing.assert_array_equal(start, shipped)
     policy = train(mine, str)
     assert policy.card.curve[0].step == 0
-    assert numbers_of(policy).shape == shipped.shape
+    assert network.numbers_of(policy).shape == shipped.shape
 
 
 @pytest.mark.usefixtures("_imagined")
@@ -201,7 +204,7 @@ def test_worlds_are_shared_out_among_workers_in_jobs_of_two_thousand_robots(
     jobs = jobs_of(rollouts(workers, device), n_networks, range(10, 10 + n_seeds))
     assert [len(job.seeds) for job in jobs] == sizes
     worlds = [
-        (job.controllers[k].weighting.network[0], job.seeds[k])
+        (job.controllers[k].weighting.numbers[0], job.seeds[k])
         for job in jobs for k in range(len(job.seeds))
     ]  # fmt: skip
     assert worlds == [
@@ -227,7 +230,7 @@ def test_a_backend_runs_the_jobs_of_a_cpu_only(monkeypatch, device, by_backend):
     given = []
 
     def run_job(job):
-        firsts = [each.weighting.network[0] for each in job.controllers]
+        firsts = [each.weighting.numbers[0] for each in job.controllers]
         return np.add(firsts, job.seeds)
 
     monkeypatch.setattr(candidate_rollouts, "run_job", run_job)

@@ -23,15 +23,16 @@ from training.learned_weighting import (
     reputation_gain,
     scaled_features,
 )
-from training.linear_motion_policy import NETWORK, SHAPES, LearnedMotion
+from training.linear_motion_policy import LINEAR_MOTION, LearnedMotion
 from training.policy_file import layer_card, load_policy, observation_layout, save_policy
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
 
 
 def test_a_motion_fits_worlds_that_show_what_it_was_trained_on(tmp_path, make_card):
-    card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
-    weights = {f"motion.{name}": np.zeros(shape, np.float32) for name, shape in SHAPES.items()}
+    card = make_card(layers={"motion": layer_card("motion", SCENARIO, LINEAR_MOTION.name, {})})
+    shapes = LINEAR_MOTION.shapes({})
+    weights = {f"motion.{name}": np.zeros(shape, np.float32) for name, shape in shapes.items()}
     save_policy(tmp_path / "mine.safetensors", weights, card)
     motion = LearnedMotion(policy=str(tmp_path / "mine.safetensors"))
     alone, many = (find_scenario("es1", {"task.n_robots": n}) for n in (1, 9))

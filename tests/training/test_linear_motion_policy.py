@@ -13,12 +13,12 @@ from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.training.test_learned_networks import numbers_of, one
-from training.candidate_rollouts import CandidateMotion, CandidateWeighting
+from training.candidate_rollouts import Candidate
 from training.linear_motion_policy import (
     FEATURES,
+    LINEAR_MOTION,
     N_WEIGHTS,
     SearchCourse,
-    linear_motion,
     message_features,
     policy_output,
     steer,
@@ -45,7 +45,7 @@ def loop_with(seeds, *candidates):
 
 def motion(found):
     """A candidate of these numbers."""
-    return {"motion": CandidateMotion(found)}
+    return {"motion": Candidate(found, LINEAR_MOTION)}
 
 
 def felt(sense, *given):
@@ -78,7 +78,7 @@ def test_zeros_are_subsumption_to_the_last_bit():
     ("one", "other"),
     [
         (motion(numbers(0)), motion(numbers(1))),
-        tuple({"weighting": CandidateWeighting(own * np.ones(50))} for own in (-1.0, 1.0)),
+        tuple({"weighting": Candidate(own * np.ones(50))} for own in (-1.0, 1.0)),
     ],
     ids=["motion", "weighting"],
 )
@@ -140,7 +140,7 @@ def test_a_policy_corrects_subsumption_and_not_a_robot_that_talks(goal, mode):
     wheels = {}
     for talking in (False, True):
         for own in (np.zeros(N_WEIGHTS), policy):
-            numbers = numbers_of(linear_motion(own, ES1).numbers)
+            numbers = numbers_of(LINEAR_MOTION.layer(own, ES1).numbers)
             found = np.array([1.0, 1.0], np.float32)
             steer(*seen(goal, talking), found, one(SearchCourse, run=1.0), numbers)
             wheels[talking, bool(own.any())] = found
