@@ -19,7 +19,7 @@ from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.device_loop import LAYERS, WORLD
 from swarm_forage_env.envs.config import EnvConfig
-from swarm_forage_env.envs.decision_kernels import add_nothing, observe
+from swarm_forage_env.envs.decision_kernels import observe
 from swarm_forage_env.envs.pilot import ARRAYS_KEPT, Pilot, pilot_and_layers
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.equations.neighbours import EMPTY
@@ -338,7 +338,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
         "learners": np.zeros(1, np.int64),
         "bound": bound,
         "squashes": squashes.view(np.uint8),
-        "no_spans": np.zeros((0, 2), np.int64),
+        "no_additions": np.zeros((0, 2), np.int64),
         "time_left": np.zeros(1),
         "raw": np.zeros((1, 1, len(form.policy.action)), np.float32),
         "frames": np.zeros((1, 1, 0, len(form.layout)), np.float32),
@@ -422,7 +422,7 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
         "pilot": nothing if pilot is None else pilot.kernel,
         "run_ticks": ticks_of(usual),
         "begin_worlds": bind(begin_worlds, functions),
-        "observe": bind(observe, {"add_features": add_nothing}),
+        "observe": bind(observe, {}),
     }
     direction, direction_to, has_walk, *_ = _form(usual).observer.scaling
     shapes = {name: _shape(name, array, world.n_robots, every) for name, array in memory.items()}
@@ -441,7 +441,7 @@ CALL = (  # how the arrays of a page are handed over
     "called(({world},), ({layers},), modes, trouble,"
     " (first_robot, first_mind, first_memory, seeds, places, poses), {noise}, n_ticks, columns,"
     " pairs, ((robot_words, mind_words, robot_words, spans, n_robots), learners, ({scaling}),"
-    " (no_spans, time_left, raw), (seen, frames, seen)), ({piloting},))"
+    " (no_additions, time_left, raw), (seen, frames, seen)), ({piloting},))"
 )
 
 

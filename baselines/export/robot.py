@@ -182,7 +182,7 @@ class ExportedRobot:
         return {
             "ticks": np.zeros(1, np.int64),
             **self._pilot.arrays(1, *kinds, np.zeros(1, np.int64)),
-            "no_spans": np.zeros((0, 2), np.int64),
+            "no_additions": np.zeros((0, 2), np.int64),
             "time_left": np.zeros(1),
         }
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
 from swarm_forage_env.compiler import inlined, kernel
+from swarm_forage_env.envs.extra_observations import write_additions
 from swarm_forage_env.envs.rewards import mean_of, shaping
 from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.interface import Kernel
@@ -25,13 +26,10 @@ end_world: Kernel
 write_raw: Kernel
 command: Kernel
 potential: Kernel
-add_features: Kernel
-features_before: Kernel
-write_feature: Kernel
 log: Kernel
 check_actions: Kernel
-"""Free names of the templates: lanes; how an action is read, and a form of steering; functions of
-a task; and of what is observed beside a layer."""
+"""Free names of the templates: lanes; how an action is read, and a form of steering; and functions
+of a task."""
 
 HALF, ONE = np.float32(0.5), np.float32(1.0)
 
@@ -272,7 +270,7 @@ def observe(  # noqa: PLR0913 what is read, and what is written
     fields: Fields,
     learners: Int64[Array, " learners"],
     scaling: Scaling,
-    beside: tuple[Int64[Array, "features 2"], Float64[Array, " worlds"], Rows],
+    beside: tuple[Int64[Array, "additions 2"], Float64[Array, " worlds"], Rows],
     modes: Int8[Array, " worlds"],
     rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
     which: Span,
@@ -280,13 +278,13 @@ def observe(  # noqa: PLR0913 what is read, and what is written
     """Write what every learner observes.
 
     `rows` are where its numbers go, the frames that are kept, and where these go with the new one.
-    `beside` are the spans of what is observed beside the layer, the share of the episode that is
-    left, and the last actions, which are forgotten in a world that BEGINS. A world that RUNS adds
-    to its frames, one that STANDS keeps them. Free names: lanes, add_features.
+    `beside` are the additions by name, the share of the episode that is left, and the last actions,
+    which are forgotten in a world that BEGINS. A world that RUNS adds to its frames, one that
+    STANDS keeps them. Free names: lanes.
     """
-    spans, time_left, raw = beside
+    additions, time_left, raw = beside
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        now = spans, time_left[w], raw
+        now = additions, time_left[w], raw
         observe_in_world(fields, learners, scaling, now, modes[w], rows, w)
 
 
@@ -295,16 +293,16 @@ def observe_in_world(  # noqa: PLR0913 what is read, what is written, and where
     fields: Fields,
     learners: Int64[Array, " learners"],
     scaling: Scaling,
-    beside: tuple[Int64[Array, "features 2"], float, Rows],
+    beside: tuple[Int64[Array, "additions 2"], float, Rows],
     mode: int,
     rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
     w: int,
 ) -> None:
     """Write what every learner of a world observes, as `observe` says of each.
 
-    Free names: lanes, add_features.
+    Free names: lanes.
     """
-    spans, time_left, raw = beside
+    additions, time_left, raw = beside
     seen, kept, out = rows
     read_fields(fields, w, learners, seen[w])
     for learner in range(lane(), learners.shape[0], lanes()):
@@ -314,7 +312,7 @@ def observe_in_world(  # noqa: PLR0913 what is read, what is written, and where
                 action[k] = 0.0
         if scaling[0] >= 0:
             write_direction(row, scaling[0], scaling[1], scaling[2])
-        add_features(spans, i, fields[4], time_left, action, row)
+        write_additions(additions, i, fields[4], time_left, action, row)
         if scaling[3].shape[0] > 0:
             normalise_row(row, scaling[3], scaling[4])
         if kept.shape[2] > 0:
@@ -366,30 +364,6 @@ def normalise_row(
             row[k] = row[k] / (abs(row[k]) + bound[k])
         else:
             row[k] = row[k] / bound[k]
-
-
-@inlined
-def add_nothing(
-    spans: Array, i: int, n_robots: int, time_left: float, action: Array, row: Array
-) -> None:
-    """Nothing is observed beside the layer."""
-
-
-def add_feature(
-    spans: Int64[Array, "features 2"],
-    i: int,
-    n_robots: int,
-    time_left: float,
-    action: Float32[Array, " numbers"],
-    row: Float32[Array, " numbers"],
-) -> None:
-    """Write the features of the spans before the last, and one to the last span.
-
-    Free names: features_before, write_feature.
-    """
-    last = spans.shape[0] - 1
-    features_before(spans[:last], i, n_robots, time_left, action, row)
-    write_feature(i, n_robots, time_left, action, row[spans[last, 0] : spans[last, 1]])
 
 
 def write_log(

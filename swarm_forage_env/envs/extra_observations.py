@@ -1,6 +1,6 @@
 """Additions to what the learned layer is shown: what an observation is, and the named ones.
 
-An addition by name is a function of one robot, `write_row`, which a CPU and a GPU call.
+Those by name are written by `write_additions`, for one robot, on a CPU and a GPU.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,9 +9,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, UInt64
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64, UInt64
 from swarm_forage_env.compiler import inlined
-from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import Registry
@@ -65,43 +64,40 @@ class Observation(Protocol):
         """Write the numbers of every robot."""
 
 
-Row = Float32[Array, " numbers"]
+TIME_LEFT, ROBOT_ID, ONE_HOT, PREVIOUS_ACTION = range(4)
+"""Which addition an addition by name is."""
 
 
 @inlined
-def write_time_left(i: int, n_robots: int, time_left: float, last_action: Row, out: Row) -> None:
-    """Write the share of the episode that is left."""
-    out[0] = time_left
-
-
-@inlined
-def write_robot_id(i: int, n_robots: int, time_left: float, last_action: Row, out: Row) -> None:
-    """Write the robot's number as a share of the last one's."""
-    out[0] = i / max(n_robots - 1, 1)
-
-
-@inlined
-def write_one_hot(i: int, n_robots: int, time_left: float, last_action: Row, out: Row) -> None:
-    """Write a number for each robot: 1 for robot i, 0 for the others."""
-    for k in range(n_robots):
-        out[k] = 1.0 if k == i else 0.0
-
-
-@inlined
-def write_previous_action(
-    i: int, n_robots: int, time_left: float, last_action: Row, out: Row
+def write_additions(
+    additions: Int64[Array, "additions 2"],
+    i: int,
+    n_robots: int,
+    time_left: float,
+    last_action: Float32[Array, " numbers"],
+    row: Float32[Array, " numbers"],
 ) -> None:
-    """Write what the layers took last; zeros before the first action."""
-    for k in range(last_action.shape[0]):
-        out[k] = last_action[k]
+    """Write the additions of robot i: of each, which it is, and its first number in the row."""
+    for each in range(additions.shape[0]):
+        which, out = additions[each, 0], row[additions[each, 1] :]
+        if which == TIME_LEFT:
+            out[0] = time_left
+        elif which == ROBOT_ID:
+            out[0] = i / max(n_robots - 1, 1)
+        elif which == ONE_HOT:
+            for k in range(n_robots):
+                out[k] = 1.0 if k == i else 0.0
+        else:
+            for k in range(last_action.shape[0]):
+                out[k] = last_action[k]
 
 
 @dataclass(frozen=True)
 class RowObservation:
-    """An addition that is a function of one robot."""
+    """An addition that `write_additions` writes."""
 
-    write_row: Kernel
-    """Writes its numbers: of robot, robots of its world, time left, last action, and output."""
+    which: int
+    """TIME_LEFT, ROBOT_ID, ONE_HOT or PREVIOUS_ACTION."""
     features_of: Callable[[Sequence[str]], Sequence[Feature]]
     """What each number is, in a world of these robots."""
 
@@ -114,16 +110,14 @@ OBSERVATIONS: Registry[RowObservation] = Registry("observation")
 """Additions to what the learned layer is shown, by name."""
 
 OBSERVATIONS.register("time_left", "Share of the episode that is left, the same for all robots.")(
-    RowObservation(
-        write_time_left, lambda agents: [Feature("time_left", "of the episode", 0.0, 1.0)]
-    )
+    RowObservation(TIME_LEFT, lambda agents: [Feature("time_left", "of the episode", 0.0, 1.0)])
 )
 OBSERVATIONS.register("robot_id", "The robot's number as a share: 0 is the first, 1 the last.")(
-    RowObservation(write_robot_id, lambda agents: [Feature("robot_id", "of all robots", 0.0, 1.0)])
+    RowObservation(ROBOT_ID, lambda agents: [Feature("robot_id", "of all robots", 0.0, 1.0)])
 )
 OBSERVATIONS.register("one_hot", "One number for each robot; that of the robot itself is 1.")(
     RowObservation(
-        write_one_hot, lambda agents: [Feature(f"is.{each}", "0 or 1", 0.0, 1.0) for each in agents]
+        ONE_HOT, lambda agents: [Feature(f"is.{each}", "0 or 1", 0.0, 1.0) for each in agents]
     )
 )
 
@@ -134,4 +128,4 @@ def previous_action(layout: Layout) -> RowObservation:
         Feature(f"previous.{each.name}", each.unit, min(each.low, 0.0), each.high)
         for each in layout
     ]
-    return RowObservation(write_previous_action, lambda agents: features)
+    return RowObservation(PREVIOUS_ACTION, lambda agents: features)

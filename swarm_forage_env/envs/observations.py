@@ -19,15 +19,9 @@ from typing import Any, cast
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from swarm_forage_env.compiler import bind_row, entry_point
+from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.device_loop import DeviceLoop
-from swarm_forage_env.envs.decision_kernels import (
-    Scaling,
-    add_feature,
-    add_nothing,
-    normalise_row,
-    observe,
-)
+from swarm_forage_env.envs.decision_kernels import Scaling, normalise_row, observe
 from swarm_forage_env.envs.extra_observations import (
     OBSERVATIONS,
     Observation,
@@ -36,7 +30,6 @@ from swarm_forage_env.envs.extra_observations import (
     previous_action,
 )
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface
@@ -195,20 +188,16 @@ class Observing:
         self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
         self._fields = place.fields(observer.shown)
         self._numpy: list[tuple[Observation, tuple[int, int]]] = []
-        add: Kernel = add_nothing
-        spans: list[tuple[int, int]] = []
+        additions: list[tuple[int, int]] = []
         for part, span in zip(observer.parts, observer.spans, strict=True):
             if isinstance(part, RowObservation):
-                parts = {"features_before": add, "write_feature": part.write_row}
-                add, spans = bind_row(add_feature, parts), [*spans, span]
+                additions.append((part.which, span[0]))
             else:
                 self._numpy.append((part, span))
-        self._spans = memory.to_device(np.array(spans, np.int64).reshape(-1, 2))
+        self._additions = memory.to_device(np.array(additions, np.int64).reshape(-1, 2))
         self._none = memory.to_device(np.zeros(rows[0]))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
-        self.functions = {"add_features": add}
-        """What the templates that observe have free names for."""
-        self._observe = place.kernel(observe, self.functions)
+        self._observe = place.kernel(observe, {})
 
     def __call__(
         self,
@@ -229,7 +218,7 @@ class Observing:
             left = memory.to_device(share)
             if self._numpy:
                 self._add_all(share, cast(Array, raw), cast(Array, modes), cast(Array, seen))
-        beside = self._spans, left, raw
+        beside = self._additions, left, raw
         rows = seen, self._kept, out
         self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
         return out
@@ -242,8 +231,8 @@ class Observing:
 
     @property
     def handed(self) -> tuple[Any, ...]:
-        """Where observations lie, how they are scaled, spans of what is beside them, and frames."""
-        return self._fields, self._scaling, self._spans, self._kept
+        """Where observations lie, how they are scaled, what is beside them, and frames."""
+        return self._fields, self._scaling, self._additions, self._kept
 
     def snapshot(self) -> tuple[Array, Array]:
         """The frames and the streams: what a later `restore` needs."""

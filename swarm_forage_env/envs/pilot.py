@@ -6,7 +6,6 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.envs.decision_kernels import add_nothing
 from swarm_forage_env.envs.decision_kernels import observe as observe_all
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.interface import KEEP, REPLACE, Controller, Kernel, PolicyOverLayers
@@ -75,7 +74,7 @@ class Pilot:
         """How these arrays are handed to `act_as_learner`, as an expression of their names.
 
         Further names are those of the words of robots and minds, of how many robots there are, of
-        no spans and of the time that is left.
+        no additions and of the time that is left.
         """
         form, action = self.form, self.form.action
         direction, direction_to, has_walk, *_ = form.observer.scaling
@@ -89,7 +88,7 @@ class Pilot:
         return (
             f"({words}, pilot_spans, n_robots), ({words}, pilot_out, n_robots), pilot_robots,"
             f" ({direction}, {direction_to}, {has_walk}, pilot_bound, pilot_squashes),"
-            " (no_spans, time_left, pilot_raw), (pilot_seen, pilot_frames, pilot_seen),"
+            " (no_additions, time_left, pilot_raw), (pilot_seen, pilot_frames, pilot_seen),"
             f" (pilot_choices, {n_symmetric}, {steers_at}, {float(by)!r}),"
             " (pilot_numbers, pilot_sizes, pilot_states, pilot_between, pilot_actions, pilot_low,"
             f" pilot_high), ({told}, left_alone), pilot_modes"
@@ -98,7 +97,7 @@ class Pilot:
     @property
     def kernel(self) -> Kernel:
         """`act_as_learner` with this policy."""
-        own = {"forward": self.forward, "observe": bind(observe_all, {"add_features": add_nothing})}
+        own = {"forward": self.forward, "observe": bind(observe_all, {})}
         return bind(act_as_learner, {**own, **self.form.action.functions})
 
 

@@ -61,7 +61,7 @@ Crediting = tuple[Float64[Array, "2 worlds robots"], Terms, Float64[Array, "worl
 """Potentials before and after the ticks, how rewards are made, and what was earned."""
 
 Observed = tuple[Fields, Scaling, Array, Array]
-"""Where observations lie, how they are scaled, spans of what is beside the layer, and frames."""
+"""Where observations lie, how they are scaled, what is beside the layer, and frames."""
 
 Clock = tuple[Int64[Array, " worlds"], Int64[Array, " worlds"], UInt64[Array, "worlds 4"]]
 """Decisions of each episode so far and at its end, and the stream of the seeds of the next ones."""
@@ -174,7 +174,7 @@ def decide_at_once(  # noqa: PLR0913 what is read, what is written, and how
     A world of a refused action stands until the refusal is raised. Free names: lanes, and those of
     the row templates.
     """
-    fields, scaling, spans, frames = observing
+    fields, scaling, additions, frames = observing
     last = which[1]
     for each in range(first_world(which[0]), end_world(last)):
         w = min(each, last - 1)
@@ -188,7 +188,7 @@ def decide_at_once(  # noqa: PLR0913 what is read, what is written, and how
             run_world(ticking[0], ticking[1], mode, ticking[2], w, n, n_ticks)
             if part == 0:
                 settle_in_world(ticking, crediting, clock, out, w, learners, n_robots)
-            beside = spans, share_left(clock[0][w], clock[1][w]), acting[4]
+            beside = additions, share_left(clock[0][w], clock[1][w]), acting[4]
             rows = out[1][part], frames, out[2][part]
             observe_in_world(fields, learners, scaling, beside, mode, rows, w)
             mode = BEGINS if n_robots > 0 and out[3][w] else STANDS
@@ -218,7 +218,7 @@ class WholeDecision:
         self._acting, self._crediting = acting, crediting
         clock = episodes.steps, episodes.ends, episodes.streams
         self._clock = tuple(map(worlds.memory.to_device, clock))
-        every = {**worlds.functions, **observing.functions, **functions}
+        every = {**worlds.functions, **functions}
         self._decide = worlds.kernel(decide_at_once, every)
 
     def room(self) -> tuple[PlacedArray, ...]:

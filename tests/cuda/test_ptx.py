@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 
 import baselines.oracles.controllers  # noqa: F401 references, by name
-from swarm_forage_env.compiler import bind_grid, bind_row
+from swarm_forage_env.compiler import bind_grid
 from swarm_forage_env.envs import decision_kernels as kernels
-from swarm_forage_env.envs.extra_observations import (
-    write_one_hot,
-    write_previous_action,
-    write_robot_id,
-    write_time_left,
-)
 from swarm_forage_env.envs.whole_decision import decide_at_once
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
@@ -100,7 +94,7 @@ def decision(learn):
         loop=loop, robots=robots, minds=minds, actions=actions, learners=np.arange(10), row=row,
         fields=(words_of(robots), words_of(minds), words_of(robots), np.zeros((3, 4), "u8"), 10),
         form=(actions[0], 0, 0, 0.3), scaling=(0, 40, True, row, row > 0),
-        frames=np.zeros((2, 10, 2, 60), np.float32), spans=np.zeros((4, 2), np.int64),
+        frames=np.zeros((2, 10, 2, 60), np.float32), additions=np.zeros((4, 2), np.int64),
         terms=(0.9, 0.5, True),
     )  # fmt: skip
 
@@ -111,9 +105,6 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     seen, pair = np.zeros((2, 10, 60), np.float32), np.zeros((2, 10))
     modes, choices = np.zeros(2, np.int8), np.zeros((2, 10), np.int64)
     worlds, potentials = it.loop.world.worlds, np.stack([pair, pair])
-    add = kernels.add_nothing
-    for write in (write_time_left, write_robot_id, write_one_hot, write_previous_action):
-        add = bind_row(kernels.add_feature, {"features_before": add, "write_feature": write})
 
     def compiles(template, functions, *arguments):
         assert ".entry" in ptx(bind_grid(template, functions), *arguments, both)
@@ -128,8 +119,9 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
         compiles(kernels.take, functions, *taken)
     compiles(kernels.write_potentials, {"potential": potential}, it.robots, worlds, pair)
     compiles(kernels.credit, {}, it.learners, pair, potentials, it.terms, potentials)
-    observed = it.scaling, (it.spans, pair[:, 0].copy(), it.actions), modes, (seen, it.frames, seen)
-    compiles(kernels.observe, {"add_features": add}, it.fields, it.learners, *observed)
+    beside = it.additions, pair[:, 0].copy(), it.actions
+    observed = it.scaling, beside, modes, (seen, it.frames, seen)
+    compiles(kernels.observe, {}, it.fields, it.learners, *observed)
     if learn != "everything":  # there are exchanges
         ends = it.learners[:2]
         stop = worlds, it.minds, it.learners, ends, modes, ends
@@ -150,13 +142,12 @@ def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
         **world.functions, **layers.functions, **task.functions,
         "write_raw": kernels.raw_of_numbers, "command": drive_to_wheels,
         "check_actions": kernels.check_numbers, "potential": potential,
-        "add_features": kernels.add_nothing,
     }  # fmt: skip
     arguments = (
         (*arrays, world.trouble),
         (it.fields, it.learners, it.actions, it.form, it.actions, (it.row, it.row)),
         (rewards, it.terms, rewards[0]),
-        (it.fields, it.scaling, it.spans, it.frames),
+        (it.fields, it.scaling, it.additions, it.frames),
         (times, times, words), starts, (10, 2, 360, 64),
         (rewards, seen, stacked, times > 0), (0, 2),
     )  # fmt: skip
