@@ -12,8 +12,7 @@ from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.keywords import EnvOptions, RenderMode
-from swarm_forage_env.envs.notebook import title_of
-from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
+from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import check_render_mode
 from swarm_forage_env.scenarios import ScenarioSource
@@ -22,7 +21,7 @@ from swarm_forage_env.worlds_on_cpu import Device
 Infos = list[dict[str, Any]]
 
 
-class SwarmVecEnv(VecEnv):
+class SwarmVecEnv(ShownEnv, VecEnv):
     """W worlds of N robots as W * N environments: parameter sharing, one policy for all robots.
 
     Environment k is learner k % L of world k // L, where L robots of a world learn: all, unless
@@ -46,6 +45,9 @@ class SwarmVecEnv(VecEnv):
     A model trained on it keeps the keywords: `swarm-forage evaluate es1 sb3:model.zip` runs what
     `model.save("model.zip")` wrote.
     """
+
+    metadata: dict[str, Any]
+    render_mode: RenderMode | None = None  # VecEnv asks for it before anything is shown
 
     def __init__(  # noqa: PLR0913 each is what a user of SB3 asks for by name
         self,
@@ -72,22 +74,12 @@ class SwarmVecEnv(VecEnv):
         """
         check_render_mode(render_mode)
         self.env = env = ArrayEnv(scenario, n_worlds, controller, stagger, device, **options)
-        self.scenario = env.world.scenario
-        self.max_cycles = env.max_cycles
-        self.observation_layout = env.observation_layout
-        self.action_layout = env.action_layout
-        self.render_mode = render_mode
-        self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
-        self._next: Float32[Array, "rows numbers"] | None = None
         super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
+        self._show(env, render_mode, controller)
         decisions_per_s = max(1, round(1.0 / float(self.scenario.tick * env.config.period)))
-        modes = render_modes(self.scenario)
-        shown: dict[str, Any] = {"render_modes": modes, "render_fps": decisions_per_s}
-        self.metadata = shown
+        self.metadata["render_fps"] = decisions_per_s
+        self._next: Float32[Array, "rows numbers"] | None = None
         self.seed(seed)
-
-    def __repr__(self) -> str:
-        return self.env.described(type(self).__name__)
 
     def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
         """Seed the sequences from which resets draw the seeds of the worlds."""
@@ -141,14 +133,6 @@ class SwarmVecEnv(VecEnv):
     def render(self, mode: str | None = None) -> Frame | None:
         """The frame of the first world; None where it is on the screen."""
         return self._drawn()[0]
-
-    def _repr_html_(self) -> str:
-        """A picture of this moment and a table, for notebooks."""
-        return self._screen.html(type(self).__name__)
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        self._screen.close()
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[object]:
         """Return an attribute, once for each of these environments."""

@@ -186,7 +186,7 @@ class ArrayEnv:
         numbers of the scenario for these episodes, by dotted name.
         """
         self.check()
-        is_first = not self.episodes.ends.any()
+        is_first = not self.episodes.has_begun
         fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
         if is_first and self._is_staggered:
             self.episodes.stagger()

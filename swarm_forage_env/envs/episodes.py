@@ -31,6 +31,8 @@ TESTED_OPTION = "options"
 
 OPTION = "scenario parameter for an episode"
 
+NOT_BEGUN = "the episode has not begun: call reset() first"
+
 
 class Episodes:
     """The episode that each world of a loop is in."""
@@ -83,12 +85,22 @@ class Episodes:
         """Share of the episode that each world has before it."""
         return np.asarray(1.0 - self.share_gone)
 
+    @property
+    def has_begun(self) -> bool:
+        """The episode of some world has begun."""
+        return bool(self.ends.any())
+
+    def check_begun(self) -> None:
+        """ResetNeeded if no episode has begun."""
+        if not self.has_begun:
+            raise ResetNeeded(NOT_BEGUN)
+
     def check_running(self) -> None:
         """ResetNeeded if the episode of a world has not begun, or has ended."""
         if (self.steps < self.ends).all():
             return
         if not self.ends.all():
-            raise ResetNeeded("the episode has not begun: call reset() first")
+            raise ResetNeeded(NOT_BEGUN)
         over = np.flatnonzero(self.is_over)
         where = "" if len(self.ends) == 1 else f" of world {over[0]}"
         raise ResetNeeded(

@@ -4,13 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
-from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box, Discrete, MultiDiscrete
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv, Infos
-from swarm_forage_env.envs.episodes import parts_of
 from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import check_render_mode
@@ -38,13 +36,12 @@ class JointWorlds(ShownEnv):
         self._joint_actions = joint_actions(env.action_space, n_learners)
         self._action_shape: tuple[int, ...] = self._joint_actions.shape or ()
         self._is_team_reward = env.config.reward == "team"
-        self._has_begun = False
         self._unshaped: Infos = {}
 
     @property
     def _is_over(self) -> bool:
         """The episode has ended, in all worlds alike."""
-        return self._has_begun and bool(self.array_env.is_over.all())
+        return bool(self.array_env.is_over.all())
 
     def _begin(
         self,
@@ -54,7 +51,6 @@ class JointWorlds(ShownEnv):
     ) -> Float32[Array, "worlds numbers"]:
         """Reset these worlds, or all, each to its seed. Returns what the learners observe."""
         observations, self._unshaped = self.array_env.reset(seeds, worlds, options)
-        self._has_begun = True
         self._screen.follow()
         joined: Float32[Array, "worlds numbers"] = observations.reshape(len(observations), -1)
         return joined
@@ -65,24 +61,11 @@ class JointWorlds(ShownEnv):
         Float32[Array, "worlds numbers"], Float64[Array, "worlds learners"], Bool[Array, " worlds"]
     ]:
         """One decision period; a refused action leaves everything as it was."""
-        self._check_begun()
+        self.array_env.episodes.check_begun()
         rows = self.array_env.actions.rows(self._as_rows(actions))
         observations, rewards, _, truncated, self._unshaped = self.array_env.advance(rows)
         self._screen.follow()
         return observations.reshape(len(observations), -1), rewards, truncated
-
-    def snapshot(self) -> object:
-        """All that the next steps depend on: to be restored any number of times, and pickled."""
-        return self.array_env.snapshot(), self._has_begun
-
-    def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken, bit for bit.
-
-        ConfigError if it is of an environment of other options.
-        """
-        of_array, has_begun = parts_of(snapshot, 2)
-        self.array_env.restore(of_array)
-        self._has_begun = has_begun
 
     def _joint(self, rewards: Float64[Array, "worlds learners"]) -> Float64[Array, " worlds"]:
         """One reward for each world: the learners' sum, or for `team` what each of them gets."""
@@ -102,12 +85,8 @@ class JointWorlds(ShownEnv):
 
     def _frames(self) -> list[Frame | str | None]:
         """The frame of each world; None where it is on the screen."""
-        self._check_begun()
+        self.array_env.episodes.check_begun()
         return self._screen.draw()
-
-    def _check_begun(self) -> None:
-        if not self._has_begun:
-            raise ResetNeeded("the episode has not begun: call reset() first")
 
     def _as_rows(self, actions: object) -> Array:
         env = self.array_env

@@ -50,8 +50,7 @@ def html_of(env: "ArrayEnv", kind: str, moved_by: str) -> str:
 
 def _picture(env: "ArrayEnv", moved_by: str) -> str:
     """The first world as it stands; nothing where it cannot be drawn, or has not begun."""
-    has_begun = bool(env.episodes.ends.any())
-    if not has_begun or env.task.scene is None or find_spec("pygame") is None:
+    if not env.episodes.has_begun or env.task.scene is None or find_spec("pygame") is None:
         return ""
     frame = Viewer(stage_of(env.world.scenario, moved_by), "rgb_array").draw(env.loop.scene(0))
     return f"<div>{frame._repr_html_()}</div>"  # type: ignore[union-attr]

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Space
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
@@ -12,7 +11,6 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.envs.episodes import parts_of
 from swarm_forage_env.envs.keywords import EnvOptions, Learn, OtherOptions, RenderMode
 from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import UnknownNameError, shown
@@ -86,7 +84,6 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         self.observation_spaces = dict.fromkeys(env.learners, env.observation_space)
         self.action_spaces = dict.fromkeys(env.learners, env.action_space)
         self._infos_of_step: dict[str, Array] = {}
-        self._cycles: int | None = None
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -100,7 +97,6 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         seeds = None if seed is None else [checked_seed(seed)]
         (observations,), self._infos_of_step = self.array_env.reset(seeds, options=options)
         self.agents = self.possible_agents[:]
-        self._cycles = 0
         self._screen.follow()
         return dict(zip(self.agents, observations, strict=True)), self._infos()
 
@@ -108,14 +104,11 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         self, actions: Mapping[str, object]
     ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """One decision period; a refused action leaves everything as it was."""
-        cycles = self._started()
-        if not self.agents:
-            raise ResetNeeded(f"step after the end, at {cycles} cycles: call reset() first")
         env = self.array_env
+        env.episodes.check_running()
         step = env.advance(env.actions.matrix(actions))
         (observations,), (rewards,), _, (is_over,), self._infos_of_step = step
-        self._cycles = cycles + 1
-        agents, over = self.agents, bool(is_over) or self._cycles >= self.max_cycles
+        agents, over = self.agents, bool(is_over)
         if over:
             self.agents = []
         self._screen.follow()
@@ -129,22 +122,15 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
 
     def state(self) -> Float32[Array, " numbers"]:
         """The truth and all beliefs, as `state_layout` says; for centralised critics."""
-        self._started()
+        self.array_env.episodes.check_begun()
         return np.asarray(self.array_env.state()[0])
 
-    def snapshot(self) -> object:
-        """All that the next steps depend on: to be restored any number of times, and pickled."""
-        return self.array_env.snapshot(), list(self.agents), self._cycles
-
     def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken, bit for bit.
-
-        ConfigError if it is of an environment of other options.
-        """
-        of_array, agents, cycles = parts_of(snapshot, 3)
-        self.array_env.restore(of_array)
-        self._cycles = cycles
-        self.agents = list(agents)
+        """Go on as when the snapshot was taken, bit for bit."""
+        super().restore(snapshot)
+        episodes = self.array_env.episodes
+        runs = episodes.has_begun and not episodes.is_over[0]
+        self.agents = self.possible_agents[:] if runs else []
 
     def observation_space(self, agent: str) -> Space[Any]:
         """The space of an agent's observations, the same object each time."""
@@ -159,7 +145,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
 
         ConfigError where no `render_mode` was given, or no display is found for a window.
         """
-        self._started()
+        self.array_env.episodes.check_begun()
         return self._screen.draw()[0]
 
     @property
@@ -183,11 +169,6 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
             agent: dict(zip(names, row, strict=True))
             for agent, row in zip(self.possible_agents, table.tolist(), strict=True)
         }
-
-    def _started(self) -> int:
-        if self._cycles is None:
-            raise ResetNeeded("the episode has not begun: call reset() first")
-        return self._cycles
 
 
 def raw_env(

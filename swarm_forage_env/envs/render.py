@@ -81,7 +81,7 @@ class EnvRenderer:
 
 
 class ShownEnv:
-    """What the APIs of PettingZoo and Gymnasium have in common: an `ArrayEnv` and its pictures."""
+    """What the APIs of other libraries have in common: an `ArrayEnv` and its pictures."""
 
     array_env: ArrayEnv
     metadata: dict[str, object]
@@ -105,6 +105,17 @@ class ShownEnv:
     def scenario(self) -> BaseScenario:
         """The scenario of the first world's episode."""
         return self.world.scenario
+
+    def snapshot(self) -> object:
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self.array_env.snapshot()
+
+    def restore(self, snapshot: object) -> None:
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        self.array_env.restore(snapshot)
 
     def close(self) -> None:
         """Close the window, if there is one."""
