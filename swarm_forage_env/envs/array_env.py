@@ -23,6 +23,7 @@ from swarm_forage_env.envs.observations import Normaliser, added, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import REWARDS, OwnReward
 from swarm_forage_env.envs.stepping import Exchanges, Ticks, Worlds
+from swarm_forage_env.envs.whole_decision import WholeDecision
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import BaseScenario, Count, Parameters, validated
@@ -389,7 +390,10 @@ class ArrayEnv:
         config, worlds, learners = self.config, self._on, self.learner_numbers
         scenarios = self.episodes.extremes
         form = PolicyForm(scenarios, config)
-        self._decisions = Decisions(worlds, form, learners)
+        self._at_once = None
+        if isinstance(worlds, DeviceLoop) and config.step_on != "exchange":
+            self._at_once = WholeDecision(worlds, form, learners, self.episodes)
+        self._decisions = self._at_once or Decisions(worlds, form, learners)
         self._stepper: Exchanges | Ticks
         if config.step_on == "exchange":
             self._stepper = Exchanges(worlds, self.episodes, learners)
@@ -397,8 +401,6 @@ class ArrayEnv:
             is_named = isinstance(config.reward, str)
             own = None if is_named else OwnReward(self.world, self.task, config.reward)
             self._stepper = Ticks(worlds, self.episodes, config.period, own)
-        is_one_launch = self.device == "cuda" and config.step_on != "exchange"
-        self._at_once = self._decisions.at_once(self.episodes) if is_one_launch else None
         self._write_log = _log_of(worlds)
         self._learners = self.memory.to_device(learners)
         self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))

@@ -10,10 +10,8 @@ from swarm_forage_env.arrays import Array, Float64, Int64
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.decision_kernels import Terms
-from swarm_forage_env.envs.episodes import Episodes
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.stepping import Worlds
-from swarm_forage_env.envs.whole_decision import WholeDecision, no_potential
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.ticks import RUNS
 from swarm_forage_env.worlds_on_cpu import PlacedArray
@@ -60,19 +58,6 @@ class Decisions:
         )
         self.observing = form.observing(worlds, learners.tolist())
         self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
-
-    def at_once(self, episodes: Episodes) -> WholeDecision:
-        """The same decisions, each in one launch of a GPU."""
-        form, worlds, phi = self._form, self._worlds, self._form.task.potential
-        assert isinstance(worlds, DeviceLoop)
-        acting = self._fields, self._learners, self._conversion, self.raw, self._limits
-        crediting = self._potentials, self._terms, self._earned
-        functions = {
-            **form.action.functions,
-            "check_actions": self._allowed,
-            "potential": phi.of if self._terms[1] > 0.0 and phi else no_potential,
-        }
-        return WholeDecision(worlds, episodes, acting, crediting, self.observing, functions)
 
     def placed(self, actions: object) -> PlacedArray:
         """Actions as they lie on a GPU; ConfigError for another shape or type."""

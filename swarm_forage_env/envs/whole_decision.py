@@ -6,7 +6,6 @@ No number is read back: what goes wrong is noted, and raised where somebody asks
 the decisions of each world and draws the seeds of its episodes too, so that it knows both.
 """
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64, UInt64
 from swarm_forage_env.compiler import inlined
 from swarm_forage_env.device_loop import DeviceLoop
+from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import (
     Form,
     Rows,
@@ -25,7 +25,7 @@ from swarm_forage_env.envs.decision_kernels import (
     take_in_world,
 )
 from swarm_forage_env.envs.episodes import Episodes
-from swarm_forage_env.envs.observations import Observing
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.equations.pcg64 import draw_seed
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import Fields
@@ -201,31 +201,35 @@ def share_left(steps: int, end: int) -> float:
     return 1.0 - min(steps / max(end, 1), 1.0)
 
 
-class WholeDecision:
-    """Decisions of worlds on a GPU, each in one launch."""
+class WholeDecision(Decisions):
+    """The decisions of worlds on a GPU, each in one launch."""
+
+    _worlds: DeviceLoop
 
     def __init__(
         self,
         worlds: DeviceLoop,
+        form: PolicyForm,
+        learners: Int64[Array, " learners"],
         episodes: Episodes,
-        acting: tuple[Any, ...],
-        crediting: tuple[Any, ...],
-        observing: Observing,
-        functions: Mapping[str, Kernel],
     ) -> None:
-        """`acting` and `crediting` are as the template has them, without the actions."""
-        self._worlds, self._episodes, self._observing = worlds, episodes, observing
-        self._acting, self._crediting = acting, crediting
+        super().__init__(worlds, form, learners)
+        self._episodes, phi = episodes, form.task.potential
         clock = episodes.steps, episodes.ends, episodes.streams
         self._clock = tuple(map(worlds.memory.to_device, clock))
-        every = {**worlds.functions, **functions}
-        self._decide = worlds.kernel(decide_at_once, every)
+        functions = {
+            **worlds.functions,
+            **form.action.functions,
+            "check_actions": self._allowed,
+            "potential": phi.of if self._terms[1] > 0.0 and phi else no_potential,
+        }
+        self._decide = worlds.kernel(decide_at_once, functions)
 
     def room(self) -> tuple[PlacedArray, ...]:
         """Room for what a decision gives, as `Out`; another one overwrites it."""
-        n_worlds, empty = self._worlds.world.n_worlds, self._worlds.memory.empty
-        rewards = empty((2, n_worlds, self._acting[1].shape[0]), np.float64)
-        return rewards, *self._observing.room(2), empty((n_worlds,), np.bool_)
+        empty = self._worlds.memory.empty
+        rewards = empty((2, *self._rows), np.float64)
+        return rewards, *self.observing.room(2), empty(self._rows[:1], np.bool_)
 
     def catch_up(self) -> None:
         """Tell the GPU of decisions and streams that the CPU has set."""
@@ -244,9 +248,8 @@ class WholeDecision:
         Nothing but a launch on arrays that stay, which a CUDA graph can repeat.
         """
         worlds = self._worlds
-        fields, learners, *rest = self._acting
-        acting = fields, learners, actions, *rest
+        acting = self._fields, self._learners, actions, self._conversion, self.raw, self._limits
+        crediting = self._potentials, self._terms, self._earned
         how = n_ticks, 2 if length else 1, length, worlds.layers.noise
-        ticking, observing = worlds.ticking, self._observing.handed
-        starts, clock_there = worlds.starts, self._clock
-        self._decide(ticking, acting, self._crediting, observing, clock_there, starts, how, out)
+        observing, clock = self.observing.handed, self._clock
+        self._decide(worlds.ticking, acting, crediting, observing, clock, worlds.starts, how, out)
