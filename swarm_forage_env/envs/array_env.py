@@ -24,9 +24,9 @@ from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import REWARDS, OwnReward
 from swarm_forage_env.envs.stepping import Exchanges, Ticks, Worlds
 from swarm_forage_env.envs.whole_decision import WholeDecision
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError, checked_count
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import BaseScenario, Count, Parameters, validated
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import Index, PolicyInterface
 from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
@@ -117,7 +117,7 @@ class ArrayEnv:
         """
         self.device = checked_device(device)
         self._made_by = scenario, n_worlds, controller, stagger, device, options
-        self.n_worlds = validated(_Worlds, {"n_worlds": n_worlds}).n_worlds
+        self.n_worlds = checked_count("n_worlds", n_worlds)
         parts = checked_parts(scenario, controller, options)
         self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
         self.policy = parts.task.policies[parts.config.learn]
@@ -463,12 +463,6 @@ def _log_of(worlds: Worlds) -> Callable[..., None] | None:
     if isinstance(worlds, Loop):
         return None
     return worlds.kernel(write_log, {"log": worlds.task.log[worlds.layers.has_beliefs]})
-
-
-class _Worlds(Parameters):
-    """Validation of the number of worlds."""
-
-    n_worlds: Count
 
 
 def _names(learners: Sequence[str], n_worlds: int) -> list[str]:
