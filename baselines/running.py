@@ -36,7 +36,7 @@ from swarm_forage_env.interface import (
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.raw_control import set_no_stream
-from swarm_forage_env.record import Rows, copied_rows, record_dtype
+from swarm_forage_env.record import Rows, copied_rows, offset_of, record_dtype
 from swarm_forage_env.task import World, task_of
 from swarm_forage_env.ticks import joined, nothing
 
@@ -57,7 +57,10 @@ class CompositionGroup:
         controller = running.controllers[0][leader]
         _, weighting, motion = robot_layers[0][leader]
         self.members, self.motion, self.is_last = members, motion, is_last
-        self.minds = with_memory(running.minds, motion.memory.dtype(robots=len(members)))
+        minds, memory = running.minds, motion.memory.dtype(robots=len(members))
+        place = offset_of(minds.dtype, "motion")
+        self.memories: Array = np.ndarray(minds.shape, memory, minds, place, minds.strides)
+        """The motion's memory of each robot; that of another group may be larger."""
         self.settings = settings_of(robot_layers, LAYERS, members, is_last)
         self.functions: Mapping[str, Kernel] = {
             **running.estimator.kernels,
@@ -78,20 +81,15 @@ class CompositionGroup:
         if not hasattr(rule, "layer"):
             self.weigh = rule
 
-    @property
-    def memories(self) -> Array:
-        """The motion's memory of each robot."""
-        return self.minds["motion"]
-
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset the motion of the worlds first .. last - 1 to these seeds."""
         shape = last - first, len(self.members)
-        memory = np.zeros(shape, self.minds["motion"].dtype)
+        memory = np.zeros(shape, self.memories.dtype)
         self.motion.memory.restart(memory)
         if "stream" in self.motion.memory.fields:
             words = streams(seeds, len(self.members), self.motion.noise)
             memory["stream"][:, :, 0] = words.reshape(shape)
-        self.minds["motion"][first:last, self.members] = memory[:, self.members]
+        self.memories[first:last, self.members] = memory[:, self.members]
         if self.steer is not None:
             for world, seed in zip(range(first, last), seeds, strict=True):
                 self.steer.reset(world, seed)
@@ -251,21 +249,3 @@ class RunningLayers:
         pairs = (0,) if self.estimator.shared is None else (n_robots, *self.estimator.shared)
         self.shared: Array = np.zeros((n_worlds, n_robots, *pairs))
         self._estimators = self.minds["estimator"]
-
-
-def with_memory(minds: Array, memory: np.dtype[np.void]) -> Array:
-    """The minds, viewed with a smaller memory of the motion than the largest."""
-    if minds.dtype["motion"] == memory:
-        return minds
-    columns = dict(minds.dtype.fields or {})
-    columns["motion"] = memory, columns["motion"][1]
-    dtype = np.dtype(
-        {
-            "names": list(columns),
-            "formats": [each[0] for each in columns.values()],
-            "offsets": [each[1] for each in columns.values()],
-            "itemsize": minds.dtype.itemsize,
-        },
-        align=True,
-    )
-    return minds.view(dtype)
