@@ -80,11 +80,30 @@ const arena = {
     context.beginPath();
     if (about.corners.length) this.chain(about.corners, true);
     else context.rect(left, top, about.length * this.scale, about.width * this.scale);
-    context.fillStyle = about.colours.floor;
-    context.fill();
-    context.strokeStyle = about.colours.wall;
-    context.lineWidth = 2;
+    this.fill(about.colours.floor);
+    this.stroke(about.colours.wall, 2);
+  },
+
+  fill(colour) {
+    this.context.fillStyle = colour;
+    this.context.fill();
+  },
+
+  stroke(colour, width, dashes = []) {
+    const { context } = this;
+    context.setLineDash(dashes);
+    context.strokeStyle = colour;
+    context.lineWidth = width;
     context.stroke();
+    context.setLineDash([]);
+  },
+
+  /* A line between two places. */
+  line(from, to, colour, width) {
+    this.context.beginPath();
+    this.context.moveTo(...this.place(from.x, from.y));
+    this.context.lineTo(...this.place(to.x, to.y));
+    this.stroke(colour, width);
   },
 
   chain(points, closed) {
@@ -121,21 +140,13 @@ const arena = {
   },
 
   areas() {
-    const { context } = this;
     this.circle(0, 0, about.startRadius * this.scale);
-    context.setLineDash([2, 4]);
-    context.strokeStyle = about.colours.faint;
-    context.lineWidth = 1;
-    context.stroke();
-    context.setLineDash([]);
+    this.stroke(about.colours.faint, 1, [2, 4]);
     areasNow().forEach(([x, y], which) => {
       const colour = about.colours.areas[about.kinds[which]];
       this.circle(x, y, about.areaRadius * this.scale);
-      context.fillStyle = colour + "38";
-      context.fill();
-      context.strokeStyle = colour;
-      context.lineWidth = 2;
-      context.stroke();
+      this.fill(colour + "38");
+      this.stroke(colour, 2);
     });
   },
 
@@ -173,34 +184,21 @@ const arena = {
     context.lineTo(left + size, top);
     context.moveTo(left, top - size);
     context.lineTo(left, top + size);
-    context.strokeStyle = colour;
-    context.lineWidth = 1.6;
-    context.stroke();
+    this.stroke(colour, 1.6);
   },
 
   /* Where one robot believes the areas to be, p as a ring, and a line to where they are. */
   beliefs({ beliefs }) {
-    const { context } = this;
     beliefs.forEach((belief, which) => {
       if (!belief) return;
       const colour = about.colours.areas[which];
       this.circle(belief.x, belief.y, (about.areaRadius + about.ring * belief.p) * this.scale);
-      context.fillStyle = colour + "1c";
-      context.fill();
-      context.strokeStyle = colour + "b0";
-      context.lineWidth = 1.2;
-      context.stroke();
+      this.fill(colour + "1c");
+      this.stroke(colour + "b0", 1.2);
       this.circle(belief.x, belief.y, about.areaRadius * this.scale);
-      context.strokeStyle = colour;
-      context.lineWidth = 2;
-      context.setLineDash([5, 4]);
-      context.stroke();
-      context.setLineDash([]);
-      context.beginPath();
-      context.moveTo(...this.place(belief.x, belief.y));
-      context.lineTo(...this.place(...nearestArea(which, belief)));
-      context.lineWidth = 1.2;
-      context.stroke();
+      this.stroke(colour, 2, [5, 4]);
+      const [x, y] = nearestArea(which, belief);
+      this.line(belief, { x, y }, colour, 1.2);
       this.cross(belief, colour, 6);
     });
   },
@@ -214,29 +212,24 @@ const arena = {
     context.moveTo(left, top);
     context.quadraticCurveTo(
       middle[0] + bend * (bottom - top), middle[1] - bend * (right - left), right, bottom);
-    context.strokeStyle = about.colours.message;
     context.globalAlpha = 0.9 * (1 - faded);
-    context.lineWidth = sender === view.focus || receiver === view.focus ? 3.2 : 1.6;
-    context.stroke();
+    const isOfFocus = sender === view.focus || receiver === view.focus;
+    this.stroke(about.colours.message, isOfFocus ? 3.2 : 1.6);
     context.globalAlpha = 1;
   },
 
   robot({ x, y, heading, doing, faulty }) {
     const { context, robotSize } = this, [left, top] = this.place(x, y);
     this.circle(x, y, robotSize);
-    context.fillStyle = about.colours.doing[doing];
-    context.fill();
-    context.strokeStyle = about.colours.ink;
-    context.lineWidth = 1.3;
-    context.stroke();
+    this.fill(about.colours.doing[doing]);
+    this.stroke(about.colours.ink, 1.3);
     context.translate(left, top);
     context.rotate(-heading);
     context.beginPath();
     context.moveTo(0.78 * robotSize, 0);
     context.lineTo(-0.1 * robotSize, 0.5 * robotSize);
     context.lineTo(-0.1 * robotSize, -0.5 * robotSize);
-    context.fillStyle = about.colours.noses[doing];
-    context.fill();
+    this.fill(about.colours.noses[doing]);
     context.rotate(heading);
     context.translate(-left, -top);
     if (faulty) this.fault(left, top);
@@ -251,18 +244,13 @@ const arena = {
       context.lineTo(left + arm, top + arm);
       context.moveTo(left - arm, top + arm);
       context.lineTo(left + arm, top - arm);
-      context.strokeStyle = colour;
-      context.lineWidth = width;
-      context.stroke();
+      this.stroke(colour, width);
     }
   },
 
   halo({ x, y }) {
-    const { context } = this;
     this.circle(x, y, this.robotSize + 4);
-    context.strokeStyle = about.colours.selected;
-    context.lineWidth = 2.5;
-    context.stroke();
+    this.stroke(about.colours.selected, 2.5);
   },
 
   /* The robot under a point of the canvas, if there is one. */

@@ -46,10 +46,7 @@ const goals = {
     context.lineWidth = 1;
     context.strokeRect(left, top, side * scale, side * scale);
     arena.circle(0, 0, reach * scale);
-    context.setLineDash([5, 4]);
-    context.strokeStyle = about.colours.faint;
-    context.stroke();
-    context.setLineDash([]);
+    arena.stroke(about.colours.faint, 1, [5, 4]);
   },
 
   home() {
@@ -57,70 +54,49 @@ const goals = {
     context.beginPath();
     [[-6, 0], [0, -6], [6, 0], [4, 0], [4, 5], [-4, 5], [-4, 0]].forEach(
       ([right, down]) => context.lineTo(x + right, y + down));
-    context.fillStyle = about.colours.ink;
-    context.fill();
+    arena.fill(about.colours.ink);
   },
 
   /* How far each robot sees; lines join those that see each other. */
   lidar(robots) {
-    const { context, scale } = arena;
     robots.forEach(({ robot, x, y }) => {
       const chosen = robot === view.focus;
-      arena.circle(x, y, about.goals.reach * scale);
-      context.strokeStyle = about.colours.lidar + (chosen ? "ff" : "70");
-      context.lineWidth = chosen ? 2 : 1;
-      context.stroke();
+      arena.circle(x, y, about.goals.reach * arena.scale);
+      arena.stroke(about.colours.lidar + (chosen ? "ff" : "70"), chosen ? 2 : 1);
     });
-    context.strokeStyle = about.colours.message;
     messagesNow().forEach(({ sender, receiver }) => {
-      if (sender < receiver) this.line(robots[sender], robots[receiver], 1.2);
+      const [from, to] = [robots[sender], robots[receiver]];
+      if (sender < receiver) arena.line(from, to, about.colours.message, 1.2);
     });
-  },
-
-  line(from, to, width) {
-    const { context } = arena;
-    context.beginPath();
-    context.moveTo(...arena.place(from.x, from.y));
-    context.lineTo(...arena.place(to.x, to.y));
-    context.lineWidth = width;
-    context.stroke();
   },
 
   goal({ robot, x, y, goal }) {
-    const { context, scale } = arena, [gx, gy] = goal, chosen = robot === view.focus;
-    context.strokeStyle = about.colours.goal + (chosen ? "ff" : "58");
-    this.line({ x, y }, { x: gx, y: gy }, chosen ? 2 : 1);
-    arena.circle(gx, gy, about.goals.tolerance * scale);
-    context.strokeStyle = context.fillStyle = about.colours.goal;
-    context.lineWidth = 1.8;
-    context.stroke();
+    const colour = about.colours.goal, [gx, gy] = goal, chosen = robot === view.focus;
+    arena.line({ x, y }, { x: gx, y: gy }, colour + (chosen ? "ff" : "58"), chosen ? 2 : 1);
+    arena.circle(gx, gy, about.goals.tolerance * arena.scale);
+    arena.stroke(colour, 1.8);
     arena.circle(gx, gy, 1.8);
-    context.fill();
+    arena.fill(colour);
   },
 
   claim({ right, place, goal }) {
     const { context } = arena, [x, y] = arena.place(...place);
     if (right) {
       arena.circle(...place, 5);
-      context.fillStyle = about.colours.right;
-      context.fill();
-      context.strokeStyle = "#ffffff";
-      context.lineWidth = 1.5;
+      arena.fill(about.colours.right);
       context.beginPath();
       [[-2.5, 0.3], [-0.5, 2.3], [2.8, -2]].forEach(
         ([ahead, down]) => context.lineTo(x + ahead, y + down));
-      context.stroke();
+      arena.stroke("#ffffff", 1.5);
       return;
     }
-    context.strokeStyle = about.colours.wrong;
-    this.line({ x: place[0], y: place[1] }, { x: goal[0], y: goal[1] }, 1);
-    context.lineWidth = 2.4;
+    arena.line({ x: place[0], y: place[1] }, { x: goal[0], y: goal[1] }, about.colours.wrong, 1);
     context.beginPath();
     for (const side of [-4, 4]) {
       context.moveTo(x - 4, y - side);
       context.lineTo(x + 4, y + side);
     }
-    context.stroke();
+    arena.stroke(about.colours.wrong, 2.4);
   },
 
   /* Where a robot believes it is: an ellipse of 95 %, and a line to where it is. */
@@ -129,14 +105,14 @@ const goals = {
     if (estimate.long === 0) return;
     const [left, top] = arena.place(estimate.x, estimate.y);
     const axis = (deviation) => about.goals.within * deviation * scale;
-    context.strokeStyle = context.fillStyle = about.colours.estimate;
-    this.line({ x, y }, estimate, chosen ? 2.2 : 1.2);
+    const colour = about.colours.estimate, width = chosen ? 2.2 : 1.2;
+    arena.line({ x, y }, estimate, colour, width);
     context.beginPath();
     context.ellipse(
       left, top, axis(estimate.long), axis(estimate.short), -estimate.direction, 0, 2 * Math.PI);
-    context.stroke();
+    arena.stroke(colour, width);
     arena.circle(estimate.x, estimate.y, 2);
-    context.fill();
+    arena.fill(colour);
   },
 
   draw(robots) {
