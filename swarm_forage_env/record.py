@@ -167,11 +167,6 @@ def _the_one(dtype: RecordType) -> RecordType:
     return dtype
 
 
-def under_the_one_dtype(records: Array) -> Array:
-    """The same records, as a view; unpickled ones have an equal dtype that is another object."""
-    return records if records.dtype.names is None else records.view(_the_one(records.dtype))
-
-
 def numbers_record(**numbers: ArrayLike) -> RecordType:
     """The dtype of a record of parameters: float64, each in the shape of its value.
 

@@ -25,7 +25,7 @@ from swarm_forage_env.interface import Controller, GpuTask, Kernel, RunningContr
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
-from swarm_forage_env.record import Record, Rows, rows, under_the_one_dtype
+from swarm_forage_env.record import Record, Rows, rows
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.ticks import Modes, Trouble
@@ -188,15 +188,6 @@ class World(ABC):
                 arrays[name][...] = each
             else:
                 setattr(self, name, copy(each))
-
-    def __getstate__(self) -> dict[str, object]:
-        return {name: each for name, each in vars(self).items() if name != "_tick"}
-
-    def __setstate__(self, state: Mapping[str, object]) -> None:
-        """Arrays of records have the one dtype again that kernels know."""
-        vars(self).update(state)
-        for name, each in self._arrays().items():
-            setattr(self, name, under_the_one_dtype(each))
 
     def _arrays(self) -> dict[str, Array]:
         return {name: each for name, each in vars(self).items() if isinstance(each, np.ndarray)}
@@ -392,10 +383,6 @@ class Task:
         """The names of n robots."""
         return [f"{self.agent}_{robot}" for robot in range(n_robots)]
 
-    def __reduce__(self) -> tuple[Callable[[str], "Task"], tuple[str]]:
-        """A copy is the task itself, in another process the one of that name."""
-        return task_named, (self.name,)
-
 
 TASKS: Registry[Task] = Registry(
     "task",
@@ -406,11 +393,6 @@ TASKS: Registry[Task] = Registry(
     ),
 )
 """Tasks by name; the built-in ones are imported at the first use of one."""
-
-
-def task_named(name: str) -> Task:
-    """The task of that name; UnknownNameError if there is none."""
-    return TASKS[name]
 
 
 def task_of(scenario: object) -> Task:

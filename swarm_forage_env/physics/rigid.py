@@ -36,7 +36,6 @@ class Rigid(Physics):
         n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
         self._memory = SpaceMemory.array((len(scenarios),), bodies=n_bodies, rows=2 * n_bodies + 8)
         self._arguments = [_connected(self._memory[w : w + 1]) for w in range(len(scenarios))]
-        self._scenarios = list(scenarios)
         self._spaces: dict[int, pymunk.Space] = {}
         for w, scenario in enumerate(scenarios):
             self.reset(w, scenario)
@@ -53,7 +52,6 @@ class Rigid(Physics):
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
-        self._scenarios[world] = scenario
         self._spaces[world] = space_of(scenario)
         self._memory["at"][world] = address_of(self._spaces[world]._space)
 
@@ -66,14 +64,6 @@ class Rigid(Physics):
         for world, (memory, scenario) in enumerate(zip(kept, scenarios, strict=True)):
             self.reset(world, scenario)
             recall(self._spaces[world], memory)
-
-    def __getstate__(self) -> tuple[list[EpuckScenario], list[ContactMemory]]:
-        return self._scenarios, self.snapshot()
-
-    def __setstate__(self, state: tuple[list[EpuckScenario], list[ContactMemory]]) -> None:
-        scenarios, kept = state
-        Rigid.__init__(self, scenarios)
-        self.restore(kept, scenarios)
 
 
 def space_of(scenario: EpuckScenario) -> pymunk.Space:
