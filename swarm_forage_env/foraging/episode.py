@@ -1,6 +1,5 @@
 """The episode of robots that forage: what it came to, and how that is measured."""
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,18 +18,19 @@ SERIES_LENGTH = 100
 
 @dataclass(frozen=True)
 class ForagingEpisode(EpisodeHeader):
-    """The results of one foraging episode. `foraging.metrics` defines each number."""
+    """The results of one foraging episode; `foraging.metrics` defines times, shares and errors."""
 
     round_trips: int
-    """Round trips of all robots."""
+    """Trips nest -> prey -> nest of all robots, counted when the middle ground sensor truly stands
+    over the nest again (TR 6.1.2)."""
     recruitment_time_s: float | None
     """Time until every robot had visited both areas [s]; None if not all did."""
     on_path_share: float
     """Share of the robots on the path, mean over the second half."""
     lost_events: int
-    """How often robots found themselves lost."""
+    """How often a controller reported that it reset the estimates of a robot (TR 5.1)."""
     messages: int
-    """Messages heard."""
+    """Messages heard; one counts once for each robot that hears it."""
     localisation_error_m: float | None
     """Mean over robots with an estimator, areas they know of, and time [m]; None if nothing was
     ever known, as where policies are everything."""
@@ -83,7 +83,7 @@ class ForagingMeter:
         """Worlds with faults."""
         if self._faulty:
             faults = loop.download().world.faults
-            self._is_sound: Bool[Array, "worlds robots"] = metrics.is_sound(faults["kinds"])
+            self._is_sound: Bool[Array, "worlds robots"] = ~faults["kinds"].any(axis=-1)
             self._errors.append(LocalisationErrorMeter(loop, self._is_sound))
         self._count_on_path = loop.kernel(metrics.count_on_path, {})
         room: Int32[Array, "worlds moments"] = np.zeros((shape[0], SERIES_LENGTH), np.int32)
@@ -112,17 +112,18 @@ class ForagingMeter:
     def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
         world, tick = self._loop.download().world, self._loop.world.scenario.tick
-        n = world.n_worlds
-        recruited = metrics.recruitment_time(world.state.first_visit, n, tick).tolist()
+        recruited = metrics.recruited_at(world.robots["first_visit"], tick)
         on_path = self._loop.memory.read(self._on_path)[:, : self._n_shares] / world.n_robots
         errors = [each.means() for each in self._errors]
         columns = {
             **_counts(world.robots, self._n_ticks),
-            "recruitment_time_s": [each if math.isfinite(each) else None for each in recruited],
-            "messages": metrics.total(world.state.messages, n).tolist(),
+            "recruitment_time_s": [
+                each[-1] if len(each) == world.n_robots else None for each in recruited
+            ],
+            "messages": world.robots["messages"].sum(axis=1, dtype=np.int64).tolist(),
             "localisation_error_m": errors[0],
             "on_path_over_time": map(tuple, on_path.tolist()),
-            "recruited_at_s": metrics.recruited_at(world.robots["first_visit"], tick),
+            "recruited_at_s": recruited,
         }
         results = [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

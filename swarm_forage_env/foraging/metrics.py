@@ -19,32 +19,6 @@ end_world: Kernel
 """Free names of the templates: lanes."""
 
 
-def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:
-    """Sum over the robots of each world: of round trips, lost events or messages heard.
-
-    A round trip is nest -> prey -> nest, counted when the middle ground sensor truly stands
-    over the nest again (TR 6.1.2). A lost event is one report of a controller that it reset
-    its estimates (TR 5.1). A message counts once for each robot that hears it.
-    """
-    return np.asarray(count.reshape(n_worlds, -1).sum(axis=1, dtype=np.int64))
-
-
-def is_sound(kinds: Int8[Array, "*robots kinds"]) -> Bool[Array, "*robots"]:
-    """Robots that have no fault, and will have none in the episode."""
-    return np.asarray(~kinds.any(axis=-1))
-
-
-def recruitment_time(
-    first_visit: Int64[Array, "rows areas"], n_worlds: int, tick: float
-) -> Float64[Array, " worlds"]:
-    """Time until every robot of the world has visited both areas [s]; infinite if not all did.
-
-    Source: TR, Section 6.1.1.
-    """
-    visits = first_visit.reshape(n_worlds, -1)
-    return np.where((visits >= 0).all(axis=1), visits.max(axis=1) * tick, np.inf)
-
-
 def knows_both_areas_share(
     path_ticks: Int64[Array, " rows"], n_worlds: int, n_ticks: int
 ) -> Float64[Array, " worlds"]:
@@ -72,6 +46,8 @@ def recruited_at(
     """When the robots of each world had visited both areas [s], earliest first.
 
     Robots that have not visited both are left out.
+
+    Source: TR, Section 6.1.1.
     """
     is_recruited = (first_visit >= 0).all(axis=2)
     last = np.where(is_recruited, first_visit.max(axis=2), np.iinfo(np.int64).max)

@@ -7,20 +7,8 @@ from swarm_forage_env.foraging.metrics import (
     knows_both_areas_now,
     knows_both_areas_share,
     recruited_at,
-    recruitment_time,
-    total,
 )
 from tests.beliefs import localisation_error
-
-
-def test_a_total_sums_the_robots_of_each_world_without_overflow():
-    assert total(np.array([1, 2, 3, 10, 20, 30], np.int32), 2).tolist() == [6, 60]
-    assert total(np.full(4, 2**31 - 1, np.int32), 1)[0] == 4 * (2**31 - 1)
-
-
-def test_recruitment_takes_until_the_last_robot_has_visited_both_areas():
-    first_visit = np.array([[10, 40], [30, -1], [5, 6], [8, 7]], np.int64)
-    assert recruitment_time(first_visit, 2, 0.5).tolist() == [np.inf, 4.0]
 
 
 def test_the_share_on_the_path_is_the_mean_over_the_second_half():
