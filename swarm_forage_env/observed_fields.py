@@ -16,7 +16,7 @@ from swarm_forage_env.compiler import inlined
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.record import Field, Record, RecordType, Rows, offset_of, rows
+from swarm_forage_env.record import Field, Record, RecordType, offset_of
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.templates import row_template
 
@@ -111,28 +111,6 @@ class FieldLayout(Layout):
     def columns(self, part: str) -> dict[str, slice]:
         """The columns of each field of a part, by its name in the part."""
         return {path.shown_as: span for path, span in self._spans() if path.part == part}
-
-    def records(self, observations: Float32[Array, "rows numbers"]) -> dict[str, Rows]:
-        """The records that observations in SI units show, a row for each robot, by name.
-
-        `records["exchange"]` is what the weighting layer sees; fields that are not observed have
-        their first value.
-        """
-        matrix, n = np.asarray(observations, np.float32), len(self)
-        if matrix.ndim != 2 or matrix.shape[1] != n:
-            told = f"observations of shape {matrix.shape}: must be (robots, {n})"
-            raise ConfigError(f"{told}, as numpy.stack(list(observations.values())) gives")
-        records: dict[str, Rows] = {}
-        for path, span in self._spans():
-            name = path.source.rpartition(".")[2]
-            if name not in records:
-                records[name] = rows(path.record.array((len(matrix),), **self.sizes))
-            column = matrix[:, span].reshape(len(matrix), *path.shape(self.sizes))
-            records[name][path.name] = column
-            for count, each in path.record.fields.items():
-                if each.counts == path.name:
-                    records[name][count] = column.sum(axis=1)
-        return records
 
     def matrix(self, records: Mapping[str, Array]) -> Float32[Array, "rows numbers"]:
         """Observations in SI units of robots whose records are these, by name."""

@@ -60,8 +60,6 @@ class Field:
     """Its name in an observation; empty: that of the field."""
     noise: Noise | tuple[Noise, ...] = ""
     """How it differs from the truth, for what is measured."""
-    counts: str = ""
-    """The flags of the same record that it is the sum of; empty: none."""
     start: float | tuple[float, ...] = 0.0
     """Value before anything has happened: a number, or one for each of the field's."""
 

@@ -5,7 +5,7 @@ import numpy as np
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import one_record
+from swarm_forage_env.record import one_record, rows
 from swarm_forage_env.waypoints.records import Readings
 
 
@@ -84,6 +84,22 @@ def weigh_1(exchanges, numbers, g):
     for i in range(g.shape[0]):
         if exchanges[i].is_valid:
             g[i, 0] = gain(exchanges[i], 0, numbers[0])
+
+
+def shown_records(layout, observations):
+    """The records that observations in SI units show, a row for each robot, by name.
+
+    Fields that are not observed have their first value, but how many messages were heard.
+    """
+    matrix, records = np.stack(list(observations.values())), {}
+    for path, span in layout._spans():
+        shape, name = path.shape(layout.sizes), path.source.rpartition(".")[2]
+        if name not in records:
+            records[name] = rows(path.record.array((len(matrix),), **layout.sizes))
+        records[name][path.name] = matrix[:, span].reshape(len(matrix), *shape)
+    if "heard" in records:
+        records["heard"].n = records["heard"].is_valid.sum(axis=1)
+    return records
 
 
 def motion_inputs(seen, commanded="wheels"):

@@ -171,7 +171,7 @@ class Heard(Record):
         label="frames",
     )
     """Frames averaged into the measurement: several while the receiver stands still."""
-    n: int = field(np.int32, counts="is_valid")
+    n: int = field(np.int32)
     """Messages heard."""
     sender: Int32[Array, " slots"] = field(np.int32, "slots")
     """Which robot of the same world sent it: 0 .. N - 1; stale from `n` on."""

@@ -22,7 +22,7 @@ from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from tests.commands import parallel_env
-from tests.outside import OutsideMotion, motion_inputs
+from tests.outside import OutsideMotion, motion_inputs, shown_records
 
 TICKS = 3000
 SEED = 7
@@ -66,8 +66,7 @@ def assert_same_run(learn, scenario, recipe, decide, residual=False, ticks=TICKS
     observations, _ = env.reset(seed=SEED)
     exchanges = 0
     for tick in range(ticks):
-        matrix = np.stack(list(observations.values()))
-        actions = decide(env.observation_layout.records(matrix))
+        actions = decide(shown_records(env.observation_layout, observations))
         observations, *_ = env.step(dict(zip(env.agents, actions, strict=True)))
         loop.step()
         exchanges += np.count_nonzero(loop.exchange.is_valid)

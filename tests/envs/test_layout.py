@@ -1,4 +1,4 @@
-"""Layouts name every number, and turn observations back into what the layers see."""
+"""Layouts name every number, and where what the layers see stands in an observation."""
 
 import pickle
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from swarm_forage_env import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
 from tests.commands import parallel_env
+from tests.outside import shown_records
 
 
 @pytest.mark.parametrize("learn", LEARNABLE)
@@ -53,21 +53,13 @@ def test_an_observation_turns_back_into_what_the_layer_sees(learn, constant):
     still = constant(env, *[0.0] * len(env.action_layout))
     for _ in range(60):
         observations, *_ = env.step(still)
-        matrix = np.stack(list(observations.values()))
         loop, state = env.array_env.loop, env.world.state
         sees = {"exchange": loop.exchange, "situation": loop.situation, "heard": state.heard,
                 "readings": state.readings, "command": state.command}  # fmt: skip
-        seen = layout.records(matrix)
+        seen = shown_records(layout, observations)
         for path in layout.paths:
             record = path.source.rpartition(".")[2]
             shown, known = seen[record][path.name], sees[record][path.name]
             assert_array_equal(shown, known[:, : shown.shape[1]] if record == "heard" else known)
         assert "heard" not in seen or (seen["heard"].n == sees["heard"].n).all()
-        assert_array_equal(layout.matrix(seen), matrix)
-
-
-def test_what_is_no_matrix_of_observations_is_refused():
-    env = parallel_env(learn="weighting")
-    observations, _ = env.reset(seed=0)
-    with pytest.raises(ConfigError, match=r"shape \(20,\): must be \(robots, 20\)"):
-        env.observation_layout.records(observations["epuck_0"])
+        assert_array_equal(layout.matrix(seen), list(observations.values()))

@@ -18,7 +18,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import stage_of, task_of
 from tests.commands import parallel_env
-from tests.outside import OutsideMotion
+from tests.outside import OutsideMotion, shown_records
 from tests.worlds import check_each_is_itself
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -61,7 +61,7 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
     steer = OutsideMotion(part.layer(loop.world.scenario), loop.world.scenario, [5])
     earned = 0.0
     while env.agents:
-        seen = env.observation_layout.records(np.stack(list(observations.values())))
+        seen = shown_records(env.observation_layout, observations)
         assert_array_equal(seen["situation"], loop.situation)
         wheels = loop.world.state.command.wheels
         commands = steer(seen["situation"], loop.world.robots["readings"][0], wheels)
