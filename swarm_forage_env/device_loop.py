@@ -15,7 +15,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import GridKernel, bind_grid
 from swarm_forage_env.device_memory import DeviceMemory, Grid
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import CompiledLayers, GpuTask, Kernel
+from swarm_forage_env.interface import CompiledLayers, Kernel
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.random_streams import checked_seed
@@ -39,11 +39,9 @@ class DeviceLoop:
 
     def __init__(self, loop: Loop) -> None:
         """Bring the worlds of a loop to the GPU, as they stand: of a blank one the first alone."""
-        self.layers, self.task = _layers_of(loop)
+        self.layers, on_gpu = _layers_of(loop)
         self.loop, self.memory = loop, DeviceMemory()
-        self.functions: Mapping[str, Kernel] = {
-            **loop.world.functions, **self.layers.functions, **self.task.functions,
-        }  # fmt: skip
+        self.functions = {**loop.world.functions, **self.layers.functions, **on_gpu}
         """What the templates of ticks and of worlds that begin have free names for."""
         self._run = bind_grid(run_ticks, self.functions)
         self._begin = bind_grid(begin_worlds, self.functions)
@@ -248,7 +246,7 @@ def grid_of(n_worlds: int, n_robots: int) -> Grid:
     return -(-n_worlds // worlds), (robots, worlds)
 
 
-def _layers_of(loop: Loop) -> tuple[CompiledLayers, GpuTask]:
+def _layers_of(loop: Loop) -> tuple[CompiledLayers, Mapping[str, Kernel]]:
     """How a GPU runs a loop's controller and worlds; ConfigError for what a CPU runs only."""
     if loop.task.gpu is None:
         raise ConfigError(f"device='cuda': the task {loop.task.name} runs on a CPU only")

@@ -3,20 +3,15 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.compiler import bind
 from swarm_forage_env.interface import Kernel, RunningController
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.spaces import Feature, Layout
-
-log: Kernel
-"""Free name of the template."""
 
 
 class GlobalState(ABC):
@@ -24,9 +19,9 @@ class GlobalState(ABC):
 
     infos: tuple[str, ...]
     """What is logged of each robot, by name."""
-    logs: Mapping[bool, Kernel]
+    logs: tuple[Kernel, Kernel]
     """What writes it: of a robot, what its estimator keeps or what a policy says, its world, and
-    the row of numbers; with beliefs, and without."""
+    the row of numbers, which are 0 before; without beliefs, and with."""
     counts: frozenset[str] = frozenset()
     """Those of which several robots have the sum; of everything else they have the mean."""
 
@@ -67,27 +62,6 @@ class GlobalState(ABC):
     def of_world(self) -> Sequence[Array]:
         """The numbers of the worlds, in the order of their features: worlds, any axes."""
         return ()
-
-    def log(self) -> Float64[Array, "rows infos"]:
-        """The numbers that are logged, a row for each robot, in the order of `infos`."""
-        minds = self._controller.minds
-        kept = minds["estimator"] if self._has_beliefs else minds
-        out = np.zeros((*self._world.robots.shape, len(self.infos)))
-        self._write_log(self._world.robots, kept, self._world.worlds, out)
-        return out.reshape(-1, len(self.infos))
-
-    @cached_property
-    def _write_log(self) -> Kernel:
-        return bind(log_all, {"log": self.logs[self._has_beliefs]})
-
-
-def log_all(
-    robots: Array, minds: Array, worlds: Array, out: Float64[Array, "worlds robots infos"]
-) -> None:
-    """Write what is logged of all robots."""
-    for w in range(robots.shape[0]):
-        for i in range(robots.shape[1]):
-            log(robots[w, i], minds[w, i], worlds[w], out[w, i])
 
 
 @dataclass(frozen=True, slots=True)

@@ -119,16 +119,6 @@ class CompiledLayers:
     """There is an estimator, whose beliefs can be logged."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class GpuTask:
-    """What a GPU needs of a task beside the templates that it shares with a CPU."""
-
-    functions: Mapping[str, Kernel]
-    """Bound to free names of the task's templates instead of the CPU's."""
-    log: Mapping[bool, Kernel]
-    """Row functions that write what is logged of a robot: with beliefs, and without."""
-
-
 class WeightingRule(Protocol):
     """A weighting written in NumPy."""
 

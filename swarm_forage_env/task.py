@@ -21,7 +21,7 @@ from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.global_state import GlobalState, TrajectoryKind
-from swarm_forage_env.interface import Controller, GpuTask, Kernel, RunningController
+from swarm_forage_env.interface import Controller, Kernel, RunningController
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
@@ -346,8 +346,9 @@ class Task:
     as the action of its policies says."""
     is_joint: bool = False
     """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
-    gpu: GpuTask | None = None
-    """What a GPU needs to run it; None: a CPU only."""
+    gpu: Mapping[str, Kernel] | None = None
+    """Functions that a GPU binds to free names of the templates instead of a CPU's; None: the task
+    runs on a CPU only."""
     raw_control: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
     potential: Potential | None = None

@@ -1,6 +1,6 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, Self, Unpack
 
@@ -133,8 +133,8 @@ class ArrayEnv:
         is_all = len(robots) == len(self.agents)
         self.learner_numbers: Int64[Array, " learners"] = np.array(robots, np.int64)
         """The numbers of the robots that learn."""
-        self._learns: Index = slice(None) if is_all else self.learner_numbers
-        own = dict.fromkeys(self.policy.replaces, (slice(None), self._learns))
+        learns: Index = slice(None) if is_all else self.learner_numbers
+        own = dict.fromkeys(self.policy.replaces, (slice(None), learns))
         copied = slice(None if device == "cpu" else 1)  # a GPU is given the first world
         action = self.world.robots["action"][copied]
         PolicyForm([parts.scenario], parts.config).hand_over(action, own)
@@ -314,9 +314,6 @@ class ArrayEnv:
 
     def log(self) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
         """What is logged of each learner, in the order of `infos`: worlds, learners, infos."""
-        if self._write_log is None:
-            of_robots: Array = self.truth.log()
-            return of_robots.reshape(self.n_worlds, self.world.n_robots, -1)[:, self._learns]
         out = self.memory.empty((self.n_worlds, len(self.learners), len(self.infos)), np.float64)
         at = self._on.arrays
         self._write_log(at["robots"], at["minds"], at["worlds"], self._learners, out)
@@ -401,7 +398,6 @@ class ArrayEnv:
             is_named = isinstance(config.reward, str)
             own = None if is_named else OwnReward(self.world, self.task, config.reward)
             self._stepper = Ticks(worlds, self.episodes, config.period, own)
-        self._write_log = _log_of(worlds)
         self._learners = self.memory.to_device(learners)
         self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
         self._drawn = self._lent_drawn()
@@ -412,6 +408,8 @@ class ArrayEnv:
         self.action_shape = form.action.shape
         self._action_form = form.action
         self._describe_state(scenarios)
+        log = self.truth.logs[worlds.estimators is not None]
+        self._write_log = worlds.kernel(write_log, {"log": log})
 
     def _describe_state(self, scenarios: Sequence[BaseScenario]) -> None:
         """Make what writes the truth, which is as wide as in any of these scenarios."""
@@ -457,12 +455,6 @@ def _check_on_gpu(config: EnvConfig, policy: PolicyInterface) -> None:
     if own:
         name = type(own[0]).__name__
         raise ConfigError(f"observation: {name} is written in NumPy, which {refused}")
-
-
-def _log_of(worlds: Worlds) -> Callable[..., None] | None:
-    if isinstance(worlds, Loop):
-        return None
-    return worlds.kernel(write_log, {"log": worlds.task.log[worlds.layers.has_beliefs]})
 
 
 def _names(learners: Sequence[str], n_worlds: int) -> list[str]:

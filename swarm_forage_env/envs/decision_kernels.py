@@ -374,8 +374,10 @@ def write_log(
     out: Float64[Array, "worlds learners infos"],
     which: Span,
 ) -> None:
-    """Write what is logged of each learner. Free names: lanes, log."""
+    """Write what is logged of each learner, and 0 where nothing is. Free names: lanes, log."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for learner in range(lane(), out.shape[1], lanes()):
-            i = learners[learner]
-            log(robots[w, i], minds[w, i], worlds[w], out[w, learner])
+            i, row = learners[learner], out[w, learner]
+            for k in range(row.shape[0]):
+                row[k] = 0.0
+            log(robots[w, i], minds[w, i], worlds[w], row)

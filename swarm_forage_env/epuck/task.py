@@ -30,7 +30,7 @@ from swarm_forage_env.epuck.surroundings import list_by_robots
 from swarm_forage_env.epuck.world import EpuckWorld
 from swarm_forage_env.equations.differential_drive import drive_to_wheels, drive_v1_to_wheels
 from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
-from swarm_forage_env.interface import GpuTask, Kernel, RunningController
+from swarm_forage_env.interface import Kernel, RunningController
 from swarm_forage_env.observed_fields import layout_of, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.record import Record
@@ -118,7 +118,6 @@ class EpuckTask:
 
     def made(self) -> Task:
         """The task as the rest of the code knows it."""
-        logs = {True: self.log, False: self.log}
         return Task(
             name=self.name,
             family=FAMILY,
@@ -131,8 +130,8 @@ class EpuckTask:
             steered_by=("robots.readings", "robots.heard"),
             policies={"motion": MOTION},
             steerings=STEERINGS,
-            gpu=GpuTask(functions=ON_GPU, log=logs),
-            global_state=partial(SwarmState, self.infos, logs),
+            gpu=ON_GPU,
+            global_state=partial(SwarmState, self.infos, self.log),
             episode=self.episode,
             drawing=(partial(stage, headings=self.headings), self._scene),
             trajectory=TRAJECTORY,
@@ -153,7 +152,7 @@ class SwarmState(GlobalState):
     def __init__(
         self,
         infos: tuple[str, ...],
-        logs: Mapping[bool, Kernel],
+        log: Kernel,
         world: EpuckWorld,
         controller: RunningController,
         agents: Sequence[str],
@@ -161,7 +160,7 @@ class SwarmState(GlobalState):
     ) -> None:
         """The truth about these worlds, of whose robots these infos are logged."""
         super().__init__(world, controller, agents, scenario)
-        self.infos, self.logs = infos, logs
+        self.infos, self.logs = infos, (log, log)
 
     def robot_features(self) -> list[Feature]:
         """Where a robot is, and its heading."""

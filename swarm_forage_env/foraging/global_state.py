@@ -16,7 +16,6 @@ from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
-from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import FieldPath, layout_of, paths
 from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.spaces import GOALS, Feature
@@ -43,7 +42,7 @@ def log_counts(
     """Write those of INFOS that are counted; a policy of everything believes nothing."""
     row[0], row[1] = robot.round_trips, robot.lost_events
     row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
-    row[3], row[4], row[5] = robot.messages, 0.0, 0.0
+    row[3] = robot.messages
 
 
 @kernel
@@ -61,10 +60,6 @@ def log_beliefs(
     row[5] = error / max(n_known, 1)
 
 
-FORAGING_LOGS: Mapping[bool, Kernel] = {True: log_beliefs, False: log_counts}
-"""What writes the log of a robot: with beliefs, and without."""
-
-
 class ForagingState(GlobalState):
     """What is true in a block of worlds, flat: each robot, then the areas and the time.
 
@@ -77,7 +72,7 @@ class ForagingState(GlobalState):
     are in effect.
     """
 
-    infos, logs = INFOS, FORAGING_LOGS
+    infos, logs = INFOS, (log_counts, log_beliefs)
     counts = frozenset({"round_trips", "lost_events", "messages"})
 
     def robot_features(self) -> list[Feature]:

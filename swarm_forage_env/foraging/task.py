@@ -9,7 +9,6 @@ from swarm_forage_env.foraging.records import Said
 from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.interface import GpuTask
 from swarm_forage_env.raw_control import RawControl
 from swarm_forage_env.task import TASKS, Task
 
@@ -24,7 +23,7 @@ FORAGING = Task(
     steered_by=("robots.readings", "robots.heard"),
     policies=policies.LEARNABLE,
     steerings=policies.FORAGING_STEERINGS,
-    gpu=GpuTask(functions=ON_GPU, log=global_state.FORAGING_LOGS),
+    gpu=ON_GPU,
     raw_control=RawControl(Said, policies.apply_action, policies.hear_words, slots),
     potential=FORAGING_POTENTIAL,
     global_state=global_state.ForagingState,

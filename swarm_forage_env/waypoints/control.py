@@ -4,7 +4,7 @@ The estimator is that of the whole swarm, as robots correct their estimates join
 """
 
 import math
-from typing import Protocol
+from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
@@ -27,6 +27,8 @@ class Mind(Protocol):
 
     situation: Situation
     exchange: Exchange
+    belief: Any
+    """A record; its field `pose` is where the robot believes it is [m, m, rad]."""
 
 
 @row_template

@@ -6,12 +6,31 @@ from collections.abc import Mapping
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.raw_control import has_estimators
-from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature
-from swarm_forage_env.waypoints.records import PLACE_SCALE
+from swarm_forage_env.waypoints.control import Mind
+from swarm_forage_env.waypoints.records import PLACE_SCALE, RobotState, WorldState
 from swarm_forage_env.waypoints.world import WaypointsWorld
+
+
+@kernel
+def log_claims(
+    robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
+) -> None:
+    """Write the claims of a robot so far, right and wrong."""
+    row[0], row[1] = robot.right, robot.wrong
+
+
+@kernel
+def log_beliefs(
+    robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
+) -> None:
+    """Write the claims of a robot, and how far it is from where it believes to be [m]."""
+    log_claims(robot, mind, world, row)
+    believed = mind.belief.pose
+    row[2] = math.hypot(believed[0] - robot.pose[0], believed[1] - robot.pose[1])
 
 
 class WaypointsState(GlobalState):
@@ -23,6 +42,7 @@ class WaypointsState(GlobalState):
     """
 
     infos = ("goals", "false_goals", "position_error_m")
+    logs = log_claims, log_beliefs
     counts = frozenset({"goals", "false_goals"})
 
     def robot_features(self) -> list[Feature]:
@@ -37,25 +57,12 @@ class WaypointsState(GlobalState):
 
     def of_robots(self) -> list[Array]:
         """The same numbers of all robots."""
-        robots, believed = self._world.robots, self._believed()
-        theta = robots["pose"][:, :, 2]
-        if believed is None:
-            believed = np.zeros_like(robots["goal"])
+        robots = self._world.robots
+        theta, believed = robots["pose"][:, :, 2], np.zeros_like(robots["goal"])
+        if self._has_beliefs:
+            believed = self._controller.minds["estimator"]["belief"]["pose"][:, :, :2]
         heading = np.stack([np.cos(theta), np.sin(theta)], axis=2)
         return [robots["pose"][:, :, :2], heading, robots["goal"], believed]
-
-    def log(self) -> Float64[Array, "rows infos"]:
-        """The numbers that are logged, a row for each robot, in the order of `infos`."""
-        state, believed = self._world.state, self._believed()
-        off = np.zeros(self._world.rows)
-        if believed is not None:
-            off = np.hypot(*(believed - state.pose[:, :2]).T)
-        return np.stack([state.right, state.wrong, off], axis=1)
-
-    def _believed(self) -> Float64[Array, "rows 2"] | None:
-        if not self._has_beliefs:
-            return None
-        return np.asarray(rows(self._controller.minds["estimator"]["belief"]).pose[:, :2])
 
 
 def take(world: WaypointsWorld, minds: Array) -> Mapping[str, Array]:

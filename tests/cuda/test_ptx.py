@@ -13,6 +13,7 @@ from swarm_forage_env.envs.whole_decision import decide_at_once
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging import metrics
+from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.rewards import potential
 from swarm_forage_env.foraging.task import FORAGING
@@ -40,8 +41,8 @@ def loop_of(controller, n_worlds=2):
 def kernels_of(controller):
     """The kernels of worlds and a controller, and what each is handed."""
     loop = loop_of(controller)
-    world, layers, task = loop.world, loop.controller.compiled, loop.task.gpu
-    functions = {**world.functions, **layers.functions, **task.functions}
+    world, layers = loop.world, loop.controller.compiled
+    functions = {**world.functions, **layers.functions, **loop.task.gpu}
     arrays = world.arrays, tuple(map(np.ascontiguousarray, layers.arrays))
     n_worlds, n_robots = world.robots.shape
     places = np.zeros((n_worlds, n_robots), np.uint64), np.zeros((n_worlds, n_robots, 3))
@@ -132,14 +133,14 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
 @pytest.mark.parametrize("learn", ["motion", "everything"])
 def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
     it = decision(learn)
-    world, layers, task = it.loop.world, it.loop.controller.compiled, it.loop.task.gpu
+    world, layers = it.loop.world, it.loop.controller.compiled
     arrays = world.arrays, (it.minds, *map(np.ascontiguousarray, layers.arrays[1:]))
     rewards, times = np.zeros((2, 2, 10)), np.arange(2)
     seen, stacked = (np.zeros((2, 2, 10, n), np.float32) for n in (60, 120))
     words, places = np.zeros((2, 4), "u8"), (np.zeros((2, 10), "u8"), np.zeros((2, 10, 3)))
     starts = it.robots[0], *layers.firsts, words[:, 0].copy(), *places
     functions = {
-        **world.functions, **layers.functions, **task.functions,
+        **world.functions, **layers.functions, **it.loop.task.gpu,
         "write_raw": kernels.raw_of_numbers, "command": drive_to_wheels,
         "check_actions": kernels.check_numbers, "potential": potential,
     }  # fmt: skip
@@ -176,7 +177,7 @@ def test_the_log_compiles_for_a_gpu(ptx, controller):
     layers = loop.controller.compiled
     minds = np.ascontiguousarray(layers.arrays[0])
     place = loop.world.robots, minds, loop.world.worlds, np.arange(10), np.zeros((2, 10, 6))
-    log = FORAGING.gpu.log[layers.has_beliefs]
+    log = ForagingState.logs[layers.has_beliefs]
     assert ".entry" in ptx(bind_grid(kernels.write_log, {"log": log}), *place, (0, 2))
 
 

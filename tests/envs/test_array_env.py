@@ -12,7 +12,7 @@ from numpy.testing import assert_array_equal
 
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.motion.subsumption import SubsumptionParameters
-from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
+from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env, worlds_on_cpu
 from tests.outside import OutsideMotionPart
 
 OUTSIDE = replace(
@@ -164,6 +164,12 @@ def test_a_snapshot_of_another_environment_is_refused_and_changes_nothing(option
     with pytest.raises(ConfigError, match=r"of other options|cannot be restored"):
         env.restore(begun(**{"n_worlds": 2, **options}).snapshot())
     assert_same(run(env, 5), run(twin, 5))
+
+
+def test_threads_change_nothing(monkeypatch):
+    monkeypatch.setattr(worlds_on_cpu, "ROBOTS_FOR_THREADS", 0)
+    one, three = (run(begun(5, threads=n, shaping=1.0, stack=2), 9) for n in (1, 3))
+    assert_same(one, three)
 
 
 @pytest.mark.parametrize("learners", [0, 5, True, "epuck_9", ["epuck_0", 9], [], 1.5])

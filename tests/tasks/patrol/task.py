@@ -21,6 +21,12 @@ def potential(robot, world):
     return float(robot.visits)
 
 
+@kernel
+def log_visits(robot, mind, world, row):
+    """The visits of a robot."""
+    row[0] = robot.visits
+
+
 @dataclass(frozen=True, kw_only=True)
 class PatrolEpisode(Episode):
     """The results of one episode."""
@@ -31,7 +37,7 @@ class PatrolEpisode(Episode):
 class PatrolState(GlobalState):
     """Where each robot is, and how much of the episode is gone."""
 
-    infos = ("visits",)
+    infos, logs = ("visits",), (log_visits, log_visits)
     counts = frozenset({"visits"})
 
     def robot_features(self):
@@ -39,9 +45,6 @@ class PatrolState(GlobalState):
 
     def of_robots(self):
         return [self._world.robots["pose"][:, :, :2]]
-
-    def log(self):
-        return self._world.robots["visits"].reshape(-1, 1).astype(float)
 
 
 PATROL = Task(
