@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env import ticks
-from swarm_forage_env.arrays import Array, Bool, Float64, UInt64
+from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -24,7 +24,7 @@ from swarm_forage_env.global_state import GlobalState, TrajectoryKind
 from swarm_forage_env.interface import Controller, Kernel, RunningController
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
-from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
+from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.record import Record, Rows, rows
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
@@ -157,22 +157,6 @@ class World(ABC):
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Put the robots of the worlds first .. last - 1, of one scenario, at their starting
         places, and the streams of each world at its seed."""
-
-    def restart_robots(
-        self, kind: type[Record], sources: Sequence[NoiseSource], first: int, seeds: Sequence[int]
-    ) -> None:
-        """Let the robots of worlds from the first on forget all but their actions, and start their
-        streams, a column for each source."""
-        swarms = self.robots[first : first + len(seeds)]
-        actions = swarms["action"].copy()
-        kind.restart(swarms)
-        swarms["action"] = actions
-        for column, source in enumerate(sources):
-            swarms["streams"][:, :, column] = self.streams(seeds, source)
-
-    def streams(self, seeds: Sequence[int], source: NoiseSource) -> UInt64[Array, "worlds robots"]:
-        """Fresh streams of one source, for the robots of worlds of these seeds."""
-        return streams(seeds, self.n_robots, source).reshape(len(seeds), self.n_robots)
 
     def snapshot(self) -> dict[str, Any]:
         """All that the next ticks depend on: copies of all arrays, and the scenarios."""

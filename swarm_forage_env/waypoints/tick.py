@@ -181,14 +181,12 @@ def judge_claims(robots: Array, worlds: Array) -> None:
 
 
 @entry_point
-def start_at_home(
-    robots: Array, worlds: Array, which: int, places: Streams, devices: Streams
-) -> None:
-    """Put the robots of one world at their starting places, with devices of their own."""
-    swarm, world = robots[which], worlds[which]
-    for i in range(swarm.shape[0]):
-        place_at_home(swarm[i], world, places, i)
-        draw_devices(swarm[i], world, devices, i)
+def start_at_home(robots: Array, worlds: Array, places: Array, devices: Array) -> None:
+    """Put robots at home, with devices of their own, from streams for places and for devices."""
+    for w in range(robots.shape[0]):
+        for i in range(robots.shape[1]):
+            place_at_home(robots[w, i], worlds[w], places[w], i)
+            draw_devices(robots[w, i], worlds[w], devices[w], i)
 
 
 @kernel

@@ -8,7 +8,7 @@ from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import numbers_named
-from swarm_forage_env.random_streams import NoiseSource
+from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 from swarm_forage_env.waypoints.records import RobotState, Sighting, WorldState
@@ -70,12 +70,16 @@ class WaypointsWorld(World):
 
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Put the robots at home with an exact fix, and their streams at the seeds."""
-        self.restart_robots(RobotState, SOURCES, first, seeds)
-        places = self.streams(seeds, NoiseSource.PLACE)
-        devices = self.streams(seeds, NoiseSource.DEVICE)
-        for k, which in enumerate(range(first, last)):
-            start_at_home(self.robots, self.worlds, which, places[k], devices[k])
-        self.worlds["ticks"][first:last] = 0
+        swarms, worlds = self.robots[first:last], self.worlds[first:last]
+        actions = swarms["action"].copy()
+        RobotState.restart(swarms)
+        swarms["action"], worlds["ticks"] = actions, 0
+        *own, places, devices = (
+            streams(seeds, self.n_robots, source).reshape(swarms.shape)
+            for source in (*SOURCES, NoiseSource.PLACE, NoiseSource.DEVICE)
+        )
+        swarms["streams"] = np.stack(own, axis=2)
+        start_at_home(swarms, worlds, places, devices)
 
     def judge(self, claim: Bool[Array, " rows"]) -> Float32[Array, " rows"]:
         """Book claims and hand out new goals; goals rightly claimed by each robot.
