@@ -11,7 +11,7 @@ MUTANTS ?= equations weighting estimators statistics claims training learned_lay
 BIN     := .venv/bin
 READY   := .venv/.ready
 LIGHT   := .venv/.light
-TESTS   := pytest pytest-timeout hypothesis beartype
+TESTS   := pytest pytest-timeout hypothesis
 PLAYED := near es1-clean es1 real ants2008 es2 es3 mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests
 REPLAYS := $(patsubst %,build/replays/waypoints-%.html,05 10 25 50)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32, checked
+from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32
 
 STATES = ("exploring", "to nest", "to prey", "lost", "talking")
 """What a robot is doing, in the order of the codes in `Scene.doing`."""
@@ -17,7 +17,6 @@ STATES = ("exploring", "to nest", "to prey", "lost", "talking")
 EXPLORING, TO_THE_NEST, TO_THE_PREY, LOST, TALKING = range(len(STATES))
 
 
-@checked
 @dataclass(frozen=True, slots=True)
 class Outline:
     """An obstacle: a disc where it has one point, else walls from point to point."""
@@ -47,7 +46,6 @@ class GoalField:
     """How far the lidar of a robot sees others and home [m]."""
 
 
-@checked
 @dataclass(frozen=True, slots=True)
 class Stage:
     """What stays as it is for a whole episode."""
@@ -108,7 +106,6 @@ class Stage:
         return nearest
 
 
-@checked
 @dataclass(frozen=True, slots=True)
 class Localised:
     """What robots that visit goals are about, and where they believe they are."""
@@ -148,7 +145,6 @@ def without_beliefs(n: int) -> dict[str, Any]:
     }
 
 
-@checked
 @dataclass(frozen=True, slots=True)
 class Scene:
     """One world at one tick. Arrays are copies: the next tick leaves a scene as it is."""

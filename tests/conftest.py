@@ -1,4 +1,4 @@
-"""What holds for every test: shapes are checked, hypothesis repeats itself, no window opens."""
+"""What holds for every test: hypothesis repeats itself, no window opens."""
 
 import contextlib
 import faulthandler
@@ -6,9 +6,6 @@ import os
 import resource
 import signal
 import time
-
-# Before any package is imported: `arrays.checked` reads it once.
-os.environ["SWARM_CHECK_SHAPES"] = "1"
 
 import numba
 import numpy as np

@@ -12,8 +12,7 @@ PIPES = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
 
 def start(*arguments, variables=None, **options):
     """Start Python, with these environment variables and options of `Popen`."""
-    kept = {name: value for name, value in os.environ.items() if name != "SWARM_CHECK_SHAPES"}
-    environment = kept | {"PYTHONPATH": str(ROOT)} | (variables or {})
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | (variables or {})
     command = sys.executable, *map(str, arguments)
     return subprocess.Popen(command, env=environment, text=True, **PIPES | options)
 

@@ -68,7 +68,7 @@ def test_a_tutorial_runs(name, tmp_path):
     script = (FOLDER / f"{name}.py").read_text(encoding="utf-8")
     file = tmp_path / f"{name}.py"
     file.write_text(with_parameters(script, SMALL[name]), encoding="utf-8")
-    run_python("-W", "error", file, cwd=tmp_path, SWARM_CHECK_SHAPES="", MPLBACKEND="agg")
+    run_python("-W", "error", file, cwd=tmp_path, MPLBACKEND="agg")
 
 
 @pytest.mark.parametrize("name", NAMES)

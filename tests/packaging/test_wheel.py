@@ -56,8 +56,7 @@ COMMANDS = {
 
 def run(*command, cwd, **variables):
     """Run a command that imports what is installed, and nothing else."""
-    ours = "PYTHONPATH", "SWARM_CHECK_SHAPES"
-    kept = {name: value for name, value in os.environ.items() if name not in ours}
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     return subprocess.run(
         command, cwd=cwd, env=kept | variables, capture_output=True, text=True, check=False,
         timeout=500,
