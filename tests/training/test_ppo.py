@@ -9,6 +9,7 @@ import torch
 from numpy.testing import assert_array_equal
 from safetensors.numpy import load_file, save_file
 
+from baselines.evaluation.figures.learning import read_card
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
 from training import ppo
@@ -64,8 +65,8 @@ def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
     assert [point.step for point in last] == [0, rollout, 2 * rollout]
     assert [point.simulated_s for point in last] == pytest.approx([0.0, 24.0, 48.0])
     assert [point.value for point in record.curve] == [point.value for point in last]
-    best = max(last, key=lambda point: point.value)
-    assert record.score == best.round_trips
+    assert record.score == max(last, key=lambda point: point.value).round_trips
+    assert len(read_card(experiment.out / BEST_POLICY).curve) == len(last)
 
 
 def test_a_policy_begins_with_the_deviation_of_its_layer(motion, monkeypatch):

@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from matplotlib.figure import Figure
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from baselines.evaluation.figures.base import PlotOptions, figure
 from baselines.evaluation.line_plots import Means, curve_panels
@@ -41,10 +40,14 @@ class Point(_Entry):
 class TrainingCard(_Entry):
     """The training history in a policy card."""
 
-    format: Literal[1]
-    algorithm: str
     command: str
     curve: tuple[Point, ...] = Field(min_length=1)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_ppo(cls, card: object) -> object:
+        """The part `training` of a card that has one, else the card itself."""
+        return card.get("training", card) if isinstance(card, dict) else card
 
 
 @figure("learning", "scenario")
