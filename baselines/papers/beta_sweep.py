@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from baselines.evaluation.statistics import Estimate, compare, middle
-from baselines.papers.claim_types import DecidableClaim, Effect, Verdict, above, order_effect
+from baselines.papers.claim_types import Above, DecidableClaim, Effect, Verdict, order_effect
 from baselines.papers.experiments import (
     CrossValidatedBest,
     Experiment,
@@ -100,7 +100,7 @@ class OptimumInsideRange(DecidableClaim):
 
 
 @dataclass(frozen=True)
-class OtherBetasBelow(DecidableClaim):
+class OtherBetasBelow(Above):
     """Claim: every beta but the best stays below a reference; shown is the largest ratio."""
 
     text: str
@@ -108,20 +108,17 @@ class OtherBetasBelow(DecidableClaim):
     reference: Source
 
     def _verdict(self, results: Results) -> Verdict:
-        base, others = self._sides(results)
-        comparisons = [compare(base, trips) for trips in others]
-        ratios = [ratio for trips in others if (ratio := compare(trips, base).ratio)]
-        largest = max(ratios, key=lambda ratio: ratio.value, default=None)
-        p = max((each.p for each in comparisons if each.p is not None), default=None)
-        return "< 1", largest, all(map(above, comparisons)), p
+        ratios = [compare(each.base, each.values).ratio for each in self.effects(results)]
+        largest = max(filter(None, ratios), key=lambda ratio: ratio.value, default=None)
+        _, _, is_below, p = super()._verdict(results)
+        return "< 1", largest, is_below, p
 
     def effects(self, results: Results) -> list[Effect]:
         """The reference makes more round trips than every beta but the best of these episodes."""
-        base, others = self._sides(results)
-        return [order_effect(base, trips) for trips in others]
-
-    def _sides(self, results: Results) -> tuple[list[float], list[list[float]]]:
         best = self.sweep.at(self.sweep.optimum(results).value)
-        others = [each for each in self.sweep.experiments if each != best]
         base = sample(results, self.reference, round_trips)
-        return base, [sample(results, each, round_trips) for each in others]
+        return [
+            order_effect(base, sample(results, each, round_trips))
+            for each in self.sweep.experiments
+            if each != best
+        ]

@@ -63,20 +63,6 @@ class ClaimResult:
         return {name: value for name, value in asdict(self).items() if name != "p"}
 
 
-def claim_result(
-    text: str,
-    published: float | str,
-    ours: Estimate | None,
-    reproduced: bool,
-    p: float | None = None,
-) -> ClaimResult:
-    """Make a claim's result from an estimate with its interval."""
-    if ours is None:
-        return ClaimResult(text, published, None, None, None, reproduced=False)
-    low, high = ours.interval or (None, None)
-    return ClaimResult(text, published, ours.value, low, high, reproduced, p)
-
-
 @dataclass(frozen=True)
 class Effect:
     """What a claim says of one mean, or of the ratio of two: that it lies from `low` to `high`."""
@@ -87,6 +73,14 @@ class Effect:
     """The same of the other side; ones for a mean."""
     low: float
     high: float
+    is_mean: bool = False
+
+    @property
+    def estimate(self) -> Estimate | None:
+        """The mean, or the ratio of the means; None without values, and for a ratio to zero."""
+        if self.is_mean:
+            return mean_interval(self.values)
+        return compare(self.values, self.base).ratio
 
     @property
     def says(self) -> str:
@@ -98,7 +92,7 @@ class Effect:
 
 def mean_effect(values: Sequence[float], low: float, high: float) -> Effect:
     """What is said of a mean."""
-    return Effect(values, [1.0] * len(values), low, high)
+    return Effect(values, [1.0] * len(values), low, high, is_mean=True)
 
 
 def order_effect(higher: Sequence[float], lower: Sequence[float]) -> Effect:
@@ -117,7 +111,11 @@ class Claim(UsesFields):
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
-        return claim_result(self.text, *self._verdict(results))
+        published, ours, reproduced, p = self._verdict(results)
+        if ours is None:
+            return ClaimResult(self.text, published, None, None, None, reproduced=False)
+        low, high = ours.interval or (None, None)
+        return ClaimResult(self.text, published, ours.value, low, high, reproduced, p)
 
     def _verdict(self, results: Results) -> Verdict:
         raise NotImplementedError
@@ -129,14 +127,6 @@ class DecidableClaim(Claim):
     def effects(self, results: Results) -> Sequence[Effect]:
         """The effects of the claim, all of which must lie where it says."""
         raise NotImplementedError
-
-
-def estimate(values: list[float]) -> Estimate:
-    """The mean of a sample with its interval."""
-    mean = mean_interval(values)
-    if mean is None:
-        raise ValueError("a claim needs at least one episode")
-    return mean
 
 
 def within(ours: Estimate, low: float, high: float) -> bool:
@@ -152,120 +142,109 @@ def above(comparison: Comparison) -> bool:
     return comparison.difference.value > 0.0 and p is not None and p < SIGNIFICANT
 
 
+Quantity = Source | Pool | tuple[Source | Pool, Source | Pool]
+"""What a claim gives the mean of; of two sources it gives the ratio of their means."""
+
+
 @dataclass(frozen=True)
-class Number(DecidableClaim):
-    """Claim: the mean of a metric is near a published number."""
+class InRange(DecidableClaim):
+    """Claim: each mean, or ratio of two, is in a range; that farthest from its middle is shown."""
 
     text: str
-    source: Source | Pool
-    published: float
-    tolerance: float = 0.20
+    sources: tuple[Quantity, ...]
+    published: float | str
+    low: float
+    high: float
     metric: Metric = round_trips
 
     def _verdict(self, results: Results) -> Verdict:
-        ours = estimate(sample(results, self.source, self.metric))
-        return self.published, ours, within(ours, *band(self)), None
+        middle = (self.low + self.high) / 2.0
+        ours = [known for each in self.effects(results) if (known := each.estimate)]
+        worst = max(ours, key=lambda each: abs(each.value - middle), default=None)
+        inside = worst is not None and within(worst, self.low, self.high)
+        return self.published, worst, inside, None
 
     def effects(self, results: Results) -> list[Effect]:
-        """The mean lies in the band."""
-        return [mean_effect(sample(results, self.source, self.metric), *band(self))]
-
-
-@dataclass(frozen=True)
-class Below(DecidableClaim):
-    """Claim: the mean of the round trips is less than a published bound."""
-
-    text: str
-    source: Source
-    bound: float
-
-    def _verdict(self, results: Results) -> Verdict:
-        ours = estimate(sample(results, self.source, round_trips))
-        return f"< {self.bound:g}", ours, ours.value < self.bound, None
-
-    def effects(self, results: Results) -> list[Effect]:
-        """The mean lies below the bound."""
-        return [mean_effect(sample(results, self.source, round_trips), -math.inf, self.bound)]
-
-
-@dataclass(frozen=True)
-class Share(DecidableClaim):
-    """Claim: a share lies in a published range, 10 points allowed on either side.
-
-    Of several sources, the one farthest from the range speaks for all.
-    """
-
-    text: str
-    sources: tuple[Source | Pool, ...]
-    published: tuple[float, float]
-    metric: Metric = on_path
-
-    def _verdict(self, results: Results) -> Verdict:
-        low, high = self.published
-        shares = [estimate(sample(results, each, self.metric)) for each in self.sources]
-        worst = max(shares, key=lambda ours: abs(ours.value - (low + high) / 2.0))
-        said = low if low == high else f"{low:g} to {high:g}"
-        return said, worst, within(worst, low - POINTS, high + POINTS), None
-
-    def effects(self, results: Results) -> list[Effect]:
-        """Every share lies in the range, 10 points allowed."""
-        low, high = self.published
+        """Each mean, or ratio of two, lies in the range."""
+        ends = self.low, self.high
         return [
-            mean_effect(sample(results, each, self.metric), low - POINTS, high + POINTS)
+            Effect(*both(results, *each, self.metric), *ends)
+            if isinstance(each, tuple)
+            else mean_effect(sample(results, each, self.metric), *ends)
             for each in self.sources
         ]
 
 
-@dataclass(frozen=True)
-class Ratio(DecidableClaim):
-    """Claim: the ratio of two means is near a published number."""
+def number(
+    text: str,
+    source: Quantity,
+    published: float,
+    tolerance: float = 0.20,
+    metric: Metric = round_trips,
+) -> InRange:
+    """Claim: a mean, or the ratio of two, is near a published number."""
+    margin = tolerance * published
+    return InRange(text, (source,), published, published - margin, published + margin, metric)
 
-    text: str
-    numerator: Source | Pool
-    denominator: Source | Pool
-    published: float
-    tolerance: float = 0.20
-    metric: Metric = round_trips
+
+def below(text: str, source: Source, bound: float) -> InRange:
+    """Claim: the mean of the round trips is less than a published bound."""
+    return InRange(text, (source,), f"< {bound:g}", -math.inf, bound)
+
+
+def share(
+    text: str,
+    sources: tuple[Source | Pool, ...],
+    published: tuple[float, float],
+    metric: Metric = on_path,
+) -> InRange:
+    """Claim: every share lies in a published range, 10 points allowed on either side."""
+    low, high = published
+    said = low if low == high else f"{low:g} to {high:g}"
+    return InRange(text, sources, said, low - POINTS, high + POINTS, metric)
+
+
+class Above(DecidableClaim):
+    """Base of the claims that samples lie above others; shown is the least ratio."""
 
     def _verdict(self, results: Results) -> Verdict:
-        ours = compare(*both(results, self.numerator, self.denominator, self.metric)).ratio
-        return self.published, ours, ours is not None and within(ours, *band(self)), None
-
-    def effects(self, results: Results) -> list[Effect]:
-        """The ratio lies in the band."""
-        sides = both(results, self.numerator, self.denominator, self.metric)
-        return [Effect(*sides, *band(self))]
-
-
-def band(claim: Number | Ratio) -> tuple[float, float]:
-    """The numbers that are near the published one."""
-    margin = claim.tolerance * claim.published
-    return claim.published - margin, claim.published + margin
+        effects = self.effects(results)
+        if not all(each.values for each in effects):
+            return "> 1", None, False, None
+        comparisons = [compare(each.values, each.base) for each in effects]
+        ratios = [each.ratio for each in comparisons if each.ratio is not None]
+        least = min(ratios, key=lambda ratio: ratio.value, default=None)
+        largest = max((each.p for each in comparisons if each.p is not None), default=None)
+        return "> 1", least, all(map(above, comparisons)), largest
 
 
 @dataclass(frozen=True)
-class Order(DecidableClaim):
-    """Claim: one sample lies above another one, in every pair; shown is the least ratio."""
+class Order(Above):
+    """Claim: one sample lies above another one, in every pair."""
 
     text: str
     pairs: tuple[tuple[Source, Source], ...]
     """Higher, lower."""
     metric: Metric = round_trips
 
-    def _verdict(self, results: Results) -> Verdict:
-        sides = [present_pairs(results, *each, self.metric) for each in self.pairs]
-        if not all(len(higher) for higher, _ in sides):
-            return "> 1", None, False, None
-        comparisons = [compare(*each) for each in sides]
-        ratios = [each.ratio for each in comparisons if each.ratio is not None]
-        least = min(ratios, key=lambda ratio: ratio.value, default=None)
-        largest = max((each.p for each in comparisons if each.p is not None), default=None)
-        return "> 1", least, all(map(above, comparisons)), largest
-
     def effects(self, results: Results) -> list[Effect]:
         """In every pair one lies above the other."""
         sides = (present_pairs(results, *each, self.metric) for each in self.pairs)
         return [order_effect(*each) for each in sides]
+
+
+@dataclass(frozen=True)
+class Contrast(Above):
+    """Claim: a number of each seed, such as a slope, is larger in one place than another."""
+
+    text: str
+    sources: tuple[Experiment, ...]
+    contrast: Callable[[Results], tuple[list[float], list[float]]]
+    """Larger, smaller: each a number for each seed."""
+
+    def effects(self, results: Results) -> list[Effect]:
+        """The mean of the larger numbers lies above the other."""
+        return [order_effect(*self.contrast(results))]
 
 
 @dataclass(frozen=True)
@@ -286,24 +265,6 @@ class NoDifference(DecidableClaim):
         """The two means are equivalent."""
         sides = both(results, self.one, self.other, self.metric)
         return [Effect(*sides, 1.0 - MARGIN, 1.0 + MARGIN)]
-
-
-@dataclass(frozen=True)
-class Contrast(DecidableClaim):
-    """Claim: a number of each seed, such as a slope, is larger in one place than another."""
-
-    text: str
-    sources: tuple[Experiment, ...]
-    contrast: Callable[[Results], tuple[list[float], list[float]]]
-    """Larger, smaller: each a number for each seed."""
-
-    def _verdict(self, results: Results) -> Verdict:
-        comparison = compare(*self.contrast(results))
-        return "> 1", comparison.ratio, above(comparison), comparison.p
-
-    def effects(self, results: Results) -> list[Effect]:
-        """The mean of the larger numbers lies above the other."""
-        return [order_effect(*self.contrast(results))]
 
 
 def both(

@@ -19,7 +19,7 @@ from baselines.papers.beta_sweep import (
     OptimumInsideRange,
     OtherBetasBelow,
 )
-from baselines.papers.claim_types import Below, Claim, Number, Order, Ratio, Share
+from baselines.papers.claim_types import Claim, Order, below, number, share
 from baselines.papers.experiments import (
     Experiment,
     Pool,
@@ -39,7 +39,7 @@ TRIPS = {  # round trips; of NC in es2 and es3 no more than that
     "es3": {"NC": 50.0, "SGIKF": 2000.0},
 }
 
-LATE = Share(
+LATE = share(
     "es3: share of NC runs in which not all robots find the path within 7200 s",
     (Experiment("es3", "nc"),),
     (1.0, 1.0),
@@ -71,13 +71,13 @@ def round_trip_claims(setup: str) -> list[Claim]:
     """Claims on the number of round trips; NC has an exact one in es1 only."""
     of, published, near = strategies(setup), TRIPS[setup], TOLERANCE[setup]
     if setup == "es1":
-        alone: Claim = Number("es1: round trips, NC", of["NC"], published["NC"], near)
+        alone: Claim = number("es1: round trips, NC", of["NC"], published["NC"], near)
     else:
-        alone = Below(f"{setup}: round trips, NC", of["NC"], published["NC"])
-    claims = [alone, Number(f"{setup}: round trips, SGIKF", of["SSGIKF"], published["SGIKF"], near)]
+        alone = below(f"{setup}: round trips, NC", of["NC"], published["NC"])
+    claims = [alone, number(f"{setup}: round trips, SGIKF", of["SSGIKF"], published["SGIKF"], near)]
     if "SGIFF" in published:
         text = f"{setup}: round trips, SGIFF with the best beta"
-        claims.append(Number(text, of["SSGIFF"], published["SGIFF"], near))
+        claims.append(number(text, of["SSGIFF"], published["SGIFF"], near))
     return claims
 
 
@@ -99,18 +99,17 @@ def path_claims(setup: str) -> list[Claim]:
     """Claims on the share of the robots on the path."""
     text, alone = f"{setup}: share on the path", (strategies(setup)["NC"],)
     return [
-        Share(f"{text}, with communication", communicating(setup), (0.5, 0.7)),
-        Share(f"{text}, NC", alone, (0.0, 0.2)),
+        share(f"{text}, with communication", communicating(setup), (0.5, 0.7)),
+        share(f"{text}, NC", alone, (0.0, 0.2)),
     ]
 
 
 def recruitment_claims() -> list[Claim]:
     """Claims on how much faster communication recruits, and on es3 without it."""
     claims: list[Claim] = [
-        Ratio(
+        number(
             f"{setup}: times faster recruitment with communication",
-            strategies(setup)["NC"],
-            Pool(communicating(setup)),
+            (strategies(setup)["NC"], Pool(communicating(setup))),
             4.0,
             TOLERANCE[setup],
             recruitment_time,
@@ -124,10 +123,10 @@ def real_claims() -> list[Claim]:
     """Claims on the real robots."""
     of, talking = strategies("real"), Pool(communicating("real"))
     return [
-        Number("real: round trips, SGIKF", of["SSGIKF"], 120.0, TOLERANCE["real"]),
-        Number("real: round trips, SGIFF", of["SSGIFF"], 140.0, TOLERANCE["real"]),
-        Ratio("real: round trips, times those of NC", talking, of["NC"], 2.0, TOLERANCE["real"]),
-        Share("real: share on the path, with communication", (talking,), (0.5, 0.5)),
+        number("real: round trips, SGIKF", of["SSGIKF"], 120.0, TOLERANCE["real"]),
+        number("real: round trips, SGIFF", of["SSGIFF"], 140.0, TOLERANCE["real"]),
+        number("real: round trips, times those of NC", (talking, of["NC"]), 2.0, TOLERANCE["real"]),
+        share("real: share on the path, with communication", (talking,), (0.5, 0.5)),
     ]
 
 

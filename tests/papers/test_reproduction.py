@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from baselines.papers import commands_reproduce, reproduction, sequential
-from baselines.papers.claim_types import Number, Order
+from baselines.papers.claim_types import Order, number
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper
@@ -60,7 +60,7 @@ SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 @pytest.fixture(autouse=True)
 def small(monkeypatch, tmp_path):
     """In the place of the technical report, and in an empty folder."""
-    claims = (Number("es1: round trips, NC", NC, 60.0), Order("order", ((SSGIKF, NC),)))
+    claims = (number("es1: round trips, NC", NC, 60.0), Order("order", ((SSGIKF, NC),)))
     paper_figure = Boxes("tr14", "Round trips.", ("", "trips"), {"es1": {"NC": {"": NC}}})
 
     def paper():

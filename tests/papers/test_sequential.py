@@ -10,15 +10,14 @@ from scipy import stats
 from baselines.papers import report, sequential
 from baselines.papers.beta_sweep import BETAS, BestBeta, BetaSweep, OptimumInsideRange
 from baselines.papers.claim_types import (
-    Below,
     Effect,
     NoDifference,
-    Number,
     Order,
-    Ratio,
-    Share,
+    below,
     mean_effect,
+    number,
     order_effect,
+    share,
 )
 from baselines.papers.experiments import Experiment, round_trips
 from baselines.papers.sequential import LOOKS, decide, decide_all, decision_of, fieller_interval
@@ -71,10 +70,10 @@ def test_every_claim_says_its_effects(episodes):
     results = {A: episodes(A, [50, 60], on_path_share=0.6), B: episodes(B, [100, 120])}
     ones = [1.0, 1.0]
     for claim, effect in (
-        (Number("", A, 60.0, 0.1), Effect([50.0, 60.0], ones, 54.0, 66.0)),
-        (Below("", A, 50.0), Effect([50.0, 60.0], ones, -math.inf, 50.0)),
-        (Share("", (A,), (0.5, 0.7)), Effect([0.6, 0.6], ones, 0.4, 0.8)),
-        (Ratio("", B, A, 2.0, 0.5), Effect([100.0, 120.0], [50.0, 60.0], 1.0, 3.0)),
+        (number("", A, 60.0, 0.1), Effect([50.0, 60.0], ones, 54.0, 66.0)),
+        (below("", A, 50.0), Effect([50.0, 60.0], ones, -math.inf, 50.0)),
+        (share("", (A,), (0.5, 0.7)), Effect([0.6, 0.6], ones, 0.4, 0.8)),
+        (number("", (B, A), 2.0, 0.5), Effect([100.0, 120.0], [50.0, 60.0], 1.0, 3.0)),
         (NoDifference("", A, B), Effect([50.0, 60.0], [100.0, 120.0], 0.97, 1.03)),
         (Order("", ((B, A),)), Effect([100.0, 120.0], [50.0, 60.0], 1.0, math.inf)),
     ):
@@ -103,7 +102,7 @@ def test_a_claim_of_the_best_beta_is_one_of_all_others(episodes):
 def test_the_level_is_shared_by_looks_and_effects(episodes):
     trips = [3, 5, 4, 8]
     results = {A: episodes(A, trips)}
-    two = Share("", (A, A), (0.0, 1.0), round_trips)
+    two = share("", (A, A), (0.0, 1.0), round_trips)
     found = decide(two, results, 4)
     wanted = fieller_interval(trips, [1.0] * 4, 1.0 - 0.05 / (5 * 2))
     assert (found.low, found.high) == wanted
@@ -121,7 +120,7 @@ def test_episodes_are_added_to_open_claims_alone_until_all_are_decided(episodes)
         near = {A: episodes(A, 100.0 + noise[:n]), B: episodes(B, 106.0 + np.roll(noise, 1)[:n])}
         return {each: near[each] for each in experiments}
 
-    clear, close = Number("clear", A, 100.0), Order("close", ((B, A),))
+    clear, close = number("clear", A, 100.0), Order("close", ((B, A),))
     tie = NoDifference("tie", A, B)
     looks = list(decide_all([clear, close, tie], run))
     assert [each.decision for each in looks[0]] == ["holds", "undecided", "undecided"]
