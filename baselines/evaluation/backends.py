@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from functools import cache, partial
 from multiprocessing import resource_tracker as stdlib_tracker
 from operator import itemgetter
-from typing import ClassVar, TypeVar
+from typing import TypeVar
 
 from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.backend import resource_tracker as loky_tracker
@@ -49,7 +49,6 @@ class Backend:
     workers: int = 1  # number of calls that run at a time
     threads: int = 1  # number of threads of each call
     device: Device = field(default="cpu", kw_only=True)  # where the worlds of a call run
-    shares_files: ClassVar[bool] = True  # workers read and write the files of this machine
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; yield what it returns as the calls end.

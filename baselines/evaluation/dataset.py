@@ -13,7 +13,7 @@ address that fsspec reads (s3://bucket/x, memory://x): an object, too, appears w
 
 import logging
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from functools import partial
 from itertools import chain
@@ -106,9 +106,6 @@ def unread(what: str, reason: DamagedFileError | OSError) -> ConfigError:
 class Dataset:
     """A folder of kept episodes."""
 
-    shares_files = True
-    """Worker processes of this machine can write there."""
-
     def __init__(self, folder: Path, ending: str = ".parquet") -> None:
         """Name the folder, which may be missing until `open`, and how its files' names end."""
         self.folder = folder
@@ -178,24 +175,15 @@ class Dataset:
             return None
 
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
-        """Write each episode atomically to its file, with the controller's name as given."""
-        for episode in episodes:
-            self._keep(configuration, [episode])
+        """Write episodes atomically, with the controller's name as given.
 
-    def keep_together(
-        self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]
-    ) -> None:
-        """The same, with one file for all whose seeds follow each other."""
-        by_seed = {each.seed: each for each in episodes}
+        All whose seeds follow each other are one file.
+        """
+        by_seed, identity = {each.seed: each for each in episodes}, configuration.identity
         for first, end in consecutive([*by_seed]):
-            self._keep(configuration, [by_seed[seed] for seed in range(first, end)])
-
-    def _keep(self, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> None:
-        identity = configuration.identity
-        rows = [vars(each) | identity for each in episodes]
-        table = pa.Table.from_pylist(rows, schema(kind_of_episode(episodes[0])))
-        file = self.place(configuration, episodes[0].seed, episodes[-1].seed)
-        self._write_named(file, table, configuration)
+            rows = [vars(by_seed[seed]) | identity for seed in range(first, end)]
+            table = pa.Table.from_pylist(rows, schema(kind_of_episode(by_seed[first])))
+            self._write_named(self.place(configuration, first, end - 1), table, configuration)
 
     def relabel(self, configuration: ExperimentConfig, file: Path) -> None:
         """Write a file of episodes again, with the controller's name as given."""
@@ -291,9 +279,7 @@ def open_dataset(out: str) -> Dataset:
 
 
 class RemoteDataset(Dataset):
-    """A dataset in an object store; this process writes it, and no worker."""
-
-    shares_files = False
+    """A dataset in an object store."""
 
     def __init__(self, address: str) -> None:
         """Name the address. ConfigError if a package is missing that reads such addresses."""

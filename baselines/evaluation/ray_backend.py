@@ -22,7 +22,7 @@ from importlib import import_module
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import ray
 from ray._private import worker as ray_worker
@@ -50,7 +50,6 @@ class RayBackend(Backend):
     """
 
     address: str | None = None
-    shares_files: ClassVar[bool] = False
 
     def connect(self) -> None:
         """Join the cluster, or start a local one that ends with this process.

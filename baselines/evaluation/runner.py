@@ -1,8 +1,8 @@
 """Run the episodes that a dataset does not hold yet, in parallel.
 
-Episodes run in blocks of worlds, spread over worker processes by a backend, and are written as soon
-as their block ends: by the worker, or by this process if the worker may be on another machine.
-Neither how episodes are cut into blocks nor the number of threads ever changes a result.
+Episodes run in blocks of worlds, spread over worker processes by a backend, and this process writes
+them as soon as their block ends. Neither how episodes are cut into blocks nor the number of threads
+ever changes a result.
 """
 
 import time
@@ -39,14 +39,9 @@ WRITERS = 16  # files that this process writes at a time
 EpisodeBlock = tuple[ExperimentConfig, tuple[int, ...]]
 """A configuration, and the seeds of its episodes that run side by side in one process."""
 
-EMPTY: Mapping[int, bytes] = {}
-
-Stores = tuple[Dataset, Trajectories | None]
-"""Dataset of the episodes, and that of their trajectories, if those are recorded."""
-
 Ended = tuple[str, list[AnyEpisode], Mapping[int, bytes]]
-"""A finished block: the key of its configuration, its episodes, and the files of trajectories, by
-seed, that are still to be written."""
+"""A finished block: the key of its configuration, its episodes, and the files of their
+trajectories by seed, where those are recorded."""
 
 
 class Plan:
@@ -112,33 +107,27 @@ class Plan:
             _many_at_a_time(partial(self.dataset.relabel, own), for_seeds)
         compile_all([self._named[key] for key in self.todo], tell, backend.device)
         blocks = self.blocks(backend)
-        is_together = backend.device == "cuda"
-        worker_keeps = backend.shares_files and self.dataset.shares_files and not is_together
-        run = partial(
-            _run_block,
-            backend=backend,
-            is_recorded=self.trajectories is not None,
-            stores=(self.dataset, self.trajectories) if worker_keeps else None,
-        )
+        run = partial(_run_block, backend=backend, is_recorded=self.trajectories is not None)
         with closing(backend.run(run, blocks)) as finished:
             for key, episodes, contents in finished:
-                if is_together:
-                    self.dataset.keep_together(self._named[key], episodes)
-                elif not worker_keeps:
-                    self.keep(key, episodes, contents)
+                parts = [[each] for each in episodes] if backend.device == "cpu" else [episodes]
+                _many_at_a_time(partial(self._keep, self._named[key], contents), parts)
                 for episode in episodes:
                     self.episodes[key, episode.seed] = episode
                 yield len(episodes)
 
-    def keep(
-        self, key: str, episodes: Sequence[AnyEpisode], contents: Mapping[int, bytes] = EMPTY
+    def _keep(
+        self,
+        configuration: ExperimentConfig,
+        contents: Mapping[int, bytes],
+        episodes: Sequence[AnyEpisode],
     ) -> None:
-        """Keep the episodes of a block, many at a time: most of it is waiting for the disk.
-
-        `contents` are the files of their trajectories, by seed.
-        """
-        stores, own = (self.dataset, self.trajectories), self._named[key]
-        _many_at_a_time(lambda episode: _keep(stores, own, [episode], contents), episodes)
+        """Write episodes, their trajectories first: an episode that is there has its own."""
+        if self.trajectories:
+            for each in episodes:
+                place = self.trajectories.place(configuration, each.seed)
+                self.trajectories.write(place, contents[each.seed])
+        self.dataset.keep(configuration, episodes)
 
     def results(self) -> list[Any]:
         """All episodes, by controller, then seed, under the controllers' names as given."""
@@ -195,37 +184,20 @@ def warm_up(configuration: ExperimentConfig, device: Device = "cpu") -> None:
     compile_episodes(*what, device)
 
 
-def _run_block(
-    block: EpisodeBlock, backend: Backend, is_recorded: bool, stores: Stores | None
-) -> Ended:
+def _run_block(block: EpisodeBlock, backend: Backend, is_recorded: bool) -> Ended:
     config, seeds = block
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
     what = config.scenario, config.controller, seeds, config.physics
     episodes = run_episodes(*what, backend.threads, recorder, backend.device)
-    contents = recorder.contents() if recorder else {}
-    if stores is None:
-        return config.key, episodes, contents
-    _keep(stores, config, episodes, contents)
-    return config.key, episodes, {}
-
-
-def _keep(
-    stores: Stores,
-    configuration: ExperimentConfig,
-    episodes: Sequence[AnyEpisode],
-    contents: Mapping[int, bytes],
-) -> None:
-    """Keep trajectories first: an episode that is there has its own."""
-    dataset, trajectories = stores
-    for seed in (episode.seed for episode in episodes):
-        if trajectories and seed in contents:
-            trajectories.write(trajectories.place(configuration, seed), contents[seed])
-    dataset.keep(configuration, episodes)
+    return config.key, episodes, recorder.contents() if recorder else {}
 
 
 def _many_at_a_time(function: Callable[[JobT], None], jobs: Iterable[JobT]) -> None:
+    """Write files, most of which is waiting for the disk; Ctrl-C waits until all are written."""
     with ThreadPoolExecutor(WRITERS) as pool:
-        list(pool.map(function, jobs))
+        writes = [pool.submit(function, job) for job in jobs]
+    for write in writes:
+        write.result()
 
 
 NAMED = 20  # files that a message names, at most

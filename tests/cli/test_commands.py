@@ -76,11 +76,11 @@ def test_json_is_all_that_goes_to_stdout(command):
 def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp_path, monkeypatch):
     run, jobs = runner._run_block, []
 
-    def delete_before_the_last(job, backend, is_recorded, stores):
+    def delete_before_the_last(job, **options):
         jobs.append(job)
         if len(jobs) == 2:
-            shutil.rmtree(stores[0].folder)
-        return run(job, backend, is_recorded, stores)
+            shutil.rmtree(tmp_path / "runs" / "es1")
+        return run(job, **options)
 
     monkeypatch.setattr(runner, "_run_block", delete_before_the_last)
     told = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT

@@ -39,7 +39,7 @@ def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episod
 def together(dataset, configuration, episode):
     """Episodes that were kept together."""
     episodes = [replace(episode, seed=seed, round_trips=seed) for seed in (9, 3, 4, 5)]
-    dataset.keep_together(configuration, episodes)
+    dataset.keep(configuration, episodes)
     return {each.seed: each for each in episodes}
 
 
@@ -70,7 +70,7 @@ def test_a_file_of_several_with_other_seeds_than_its_name_says_is_set_aside(
 
 def test_a_file_of_several_is_named_as_the_controller_is_asked_for_now(dataset, configure, episode):
     episodes = [replace(episode, seed=seed, controller="ssgiff") for seed in range(3)]
-    dataset.keep_together(configure("ssgiff"), episodes)
+    dataset.keep(configure("ssgiff"), episodes)
     asked = configure("ssgiff:beta=0.01")
     found = evaluate([asked], range(1, 3), dataset)
     assert found == [replace(each, controller="ssgiff:beta=0.01") for each in episodes[1:]]

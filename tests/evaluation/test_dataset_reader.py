@@ -60,7 +60,7 @@ def test_an_episode_in_two_datasets_counts_once(kept, new_dataset, configure, ep
 
 
 def test_a_file_of_two_configurations_is_refused(dataset, configure, episode):
-    dataset.keep_together(configure("nc"), [replace(episode, seed=seed) for seed in (0, 1)])
+    dataset.keep(configure("nc"), [replace(episode, seed=seed) for seed in (0, 1)])
     (file,) = dataset.folder.rglob("*.parquet")
     one, other = pq.ParquetFile(file).read().to_pylist()
     schema = pq.ParquetFile(file).schema_arrow
@@ -146,7 +146,7 @@ def test_a_file_without_a_column_or_with_another_text_is_named(kept, column, tex
     place = table.schema.get_field_index(column)
     others = table.drop_columns([column])
     if text is not None:
-        changed = pa.array([text], pa.binary()).view(pa.string())
+        changed = pa.array([text] * len(table), pa.binary()).view(pa.string())
         others = others.add_column(place, table.schema.field(place), changed)
     pq.write_table(others, file)
     with pytest.raises(ConfigError, match=rf"controller=nc.*parquet: .*{told.format(column)}"):
