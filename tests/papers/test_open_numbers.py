@@ -114,7 +114,7 @@ def test_a_claim_holds_where_its_means_lie_and_the_nearest_beta_speaks_for_the_o
     assert not worse["es1: every other beta below SGIKF"]
 
 
-def test_the_front_and_the_pairs_are_those_that_no_set_beats_and_that_no_set_holds_together():
+def test_the_front_the_best_and_the_pairs_that_exclude_each_other():
     names = "es1: SSGIKF above DSGIKF", "es1: best beta", "es2: best beta"
     rows = [(0, 1, 1), (1, 0, 1), (1, 0, 0), (0, 1, 0)]
     judged = [dict(zip(names, map(bool, row), strict=True)) for row in rows]
@@ -126,3 +126,6 @@ def test_the_front_and_the_pairs_are_those_that_no_set_beats_and_that_no_set_hol
         [f"| {names[1]}", names[0]]
     ]
     assert replace(sets, scores=np.array([(1, 1), (2, 2), (0, 0), (2, 1)])).front == [1]
+    far = {"es2": np.array([0.0, 9.0, 5.0, 1.0, 2.0])}
+    scores = np.array([(9, 9), (2, 2), (-1, 9), (0, 0), (3, 1)])
+    assert replace(sets, far=far, scores=scores).best == [4, 1, 3], "neither today's nor unmeasured"
