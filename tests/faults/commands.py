@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 from safetensors.numpy import load_file
 
 from tests import processes
+from training.ladder.runs import read_runs
 
 SHORT = "--workers=1", "--physics=kinematic"
 BUSY = "--set=robot.cruise_speed=0.12", "--set=task.area_distance=0.62"
@@ -34,8 +35,9 @@ REPRODUCE = (
 
 def start(out, command):
     """Start a command in the folder of its output, in a process group of its own."""
+    name = f"{out.name}.parquet" if command[0] == "benchmark" else out.name
     return processes.start(
-        "-m", "training.cli", *command, f"--out={out.name}",
+        "-m", "training.cli", *command, f"--out={name}",
         cwd=out.parent, start_new_session=True, stdout=subprocess.DEVNULL,
     )  # fmt: skip
 
@@ -56,10 +58,9 @@ def policy(out):
 def runs(out):
     """The runs of a benchmark, without how long they took."""
     found = {}
-    for file in sorted(out.rglob("seed*.json")):
-        run = json.loads(file.read_text())
-        timeless = [{k: v for k, v in point.items() if k != "wall_s"} for point in run["curve"]]
-        found[file.relative_to(out)] = (run["scores"], timeless)
+    for run in read_runs(out.with_suffix(".parquet")):
+        timeless = [{k: v for k, v in point.items() if k != "wall_s"} for point in run.curve]
+        found[run.identity] = (run.scores, timeless)
     return found
 
 
