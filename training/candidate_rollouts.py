@@ -18,7 +18,6 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer, WeightingLayer
 from training.learned_weighting import EXCHANGE_NETWORK, WeightingNetwork
 from training.linear_motion_policy import LinearMotion
-from training.policy_file import LayerName
 
 Architecture = WeightingNetwork | LinearMotion
 
@@ -58,8 +57,8 @@ class CandidateRollouts:
     controller: LayeredController
     physics: str = "rigid"
     backend: Backend = JoblibBackend()  # noqa: RUF009 frozen
-    layer: LayerName = "weighting"
     architecture: Architecture = EXCHANGE_NETWORK
+    """Of the candidates; it says which layer they take the place of."""
     device: str = "cpu"  # where worlds run: "cpu" or "cuda"
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
@@ -106,7 +105,9 @@ class CandidateRollouts:
 
     def _with(self, network: Float32[Array, " numbers"]) -> LayeredController:
         candidate = Candidate(network, self.architecture)
-        return replace(self.controller, **{self.layer: candidate})  # type: ignore[arg-type]
+        if isinstance(self.architecture, LinearMotion):
+            return replace(self.controller, motion=candidate)
+        return replace(self.controller, weighting=candidate)
 
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:

@@ -68,7 +68,6 @@ class CMAESTraining(NetworkTraining):
             experiment.base_controller,
             experiment.physics,
             backend or JoblibBackend(experiment.workers),
-            self._layer,
             self._architecture,
             device=experiment.device,
         )

@@ -238,11 +238,11 @@ def test_an_update_of_ppo_as_graphs_is_the_update(torch):
 def test_a_candidate_among_many_has_the_round_trips_that_it_has_alone(tmp_path):
     from training.candidate_rollouts import CandidateRollouts
     from training.experiment import Experiment
+    from training.linear_motion_policy import LINEAR_MOTION
 
     terms = Experiment("motion", ("es1",), "cma", tmp_path, settings={"task.duration": "300"})
-    rollouts = CandidateRollouts(
-        terms.scenarios_by_name, terms.base_controller, "kinematic", layer="motion", device="cuda"
-    )
+    what = terms.scenarios_by_name, terms.base_controller, "kinematic"
+    rollouts = CandidateRollouts(*what, architecture=LINEAR_MOTION, device="cuda")
     networks = np.random.default_rng(0).normal(0.0, 0.1, (8, 60)).astype(np.float32)
     together = rollouts.round_trips(networks, range(20))["es1"]
     alone = rollouts.round_trips(networks[3:4], range(20))["es1"]

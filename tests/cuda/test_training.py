@@ -39,7 +39,7 @@ from training.policy_file import load_policy
 terms = {"algorithm": "cma", "population": 4, "budget": 2, "every": 2}
 found = experiment("cuda", **terms)
 rollouts = CandidateRollouts(
-    found.scenarios_by_name, found.base_controller, "kinematic", layer=layer,
+    found.scenarios_by_name, found.base_controller, "kinematic",
     architecture=cma_es.ARCHITECTURES[layer], device="cuda",
 )
 n = {"motion": 60, "weighting": 50}[layer]
