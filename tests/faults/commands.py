@@ -49,10 +49,11 @@ def episodes(out):
 
 
 def policy(out):
-    """The best policy and its card."""
+    """The best policy, its curve and its score; a card of PPO has these in a part of its own."""
     arrays = {name: array.tobytes() for name, array in load_file(out / "best.safetensors").items()}
     card = json.loads((out / "best.json").read_text())
-    return arrays, card["curve"], card["score"]
+    record = card.get("training", card)
+    return arrays, record["curve"], record["score"]
 
 
 def runs(out):
