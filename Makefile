@@ -36,7 +36,7 @@ define make_venv
 endef
 
 $(READY): pyproject.toml constraints.txt
-	@echo 'installing all that is tested, torch too, into .venv: some 2 GB, a few minutes'
+	@echo 'installing all that is tested, torch too, into .venv: 3.6 GB, a few minutes'
 	$(call make_venv,.venv,constraints.txt,'.[$(EXTRAS)]')
 	@touch $(LIGHT) $@
 

@@ -9,7 +9,7 @@ from numpy import ndarray as Array  # noqa: N812 the word of jaxtyping
 
 __all__ = [
     "NEST", "PREY", "Array", "Bool", "Float32", "Float64", "Int8", "Int32", "Int64", "UInt8",
-    "UInt64",
+    "UInt64", "read_only",
 ]  # fmt: skip
 
 NEST = 0
@@ -17,3 +17,10 @@ NEST = 0
 
 PREY = 1
 """Index of the prey area on the axis `areas`."""
+
+
+def read_only(array: Array) -> Array:
+    """The same numbers, which cannot be written to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,11 +1,14 @@
 """Spaces: what each number of a flat observation, action or state means."""
 
 import html
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from gymnasium.spaces import Box
+
+from swarm_forage_env.errors import ConfigError
 
 GOALS = ("nest", "prey", "none")
 """The three slots of a goal, one of which is 1: so an observation is never all zeros."""
@@ -30,6 +33,12 @@ class Feature:
     """How it differs from the truth, for what is measured."""
     scale: float | None = None
     """Typical size in that unit; None: the bounds are typical."""
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.high:
+            raise ConfigError(f"feature {self.name}: low={self.low} must be at most {self.high}")
+        if self.scale is not None and not 0.0 < self.scale < math.inf:
+            raise ConfigError(f"feature {self.name}: scale={self.scale} must be above 0, finite")
 
     @property
     def bound(self) -> float:

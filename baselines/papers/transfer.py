@@ -1,8 +1,8 @@
-"""Transfer: each policy of the box in worlds that it was not trained in, against the hand-written.
+"""Transfer: each bundled policy in worlds that it was trained in and in others, against SGIKF.
 
 Not in the papers: the experiment itself. And chosen here:
 - the worlds are es1 with one thing changed, and the other worlds of two or more areas;
-- the policies are those of the box: the ladder keeps the scores of its policies, and not their
+- the policies are the bundled ones: the ladder keeps the scores of its policies, and not their
   weights;
 - from ten robots on the arena grows with the swarm, as wide for its length as es1's, and the areas
   stay as far apart; fewer robots have es1's arena;

@@ -27,7 +27,7 @@ CHANGES = {}  # of the scenario; none: the world of the paper
 #
 # `nc` does not communicate. `ssgikf` is the induced Kalman filter. `ssgiff` weighs by a Fermi
 # function of the difference between the paths of both robots, and beta is its steepness. The report
-# gives the best beta to a decade; 0.001 per centimetre is the best one here.
+# gives the best beta to a decade; those of 1e-5 to 1e-3 cannot be told apart here.
 
 # %%
 PUBLISHED = {"nc": 60, "ssgikf": 150, "ssgiff:beta=0.001": 170}

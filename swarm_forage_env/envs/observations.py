@@ -18,7 +18,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from swarm_forage_env.arrays import Array, Float32, Float64, Int64, read_only
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.decision_kernels import Scaling, normalise_row, observe
@@ -150,11 +150,11 @@ class Observer:
             if not has_walk:
                 layout = Layout((*layout, *_directions(policy.target)))
         self._direction_to = len(layout) - 2
-        self.spans: list[tuple[int, int]] = []
-        """Where the numbers of each of the parts stand: first and last + 1."""
+        self.features: list[tuple[int, Layout]] = []
+        """Where the numbers of each of the parts begin, and what they are."""
         for part in self.parts:
-            features = part.features(scenario, agents)
-            self.spans.append((len(layout), len(layout) + len(features)))
+            features = _checked_features(part, scenario, agents)
+            self.features.append((len(layout), features))
             layout = layout if not features else Layout((*layout, *features))
         _check_names(layout)
         self._normalise = Normaliser(layout) if normalise else None
@@ -187,13 +187,13 @@ class Observing:
         *where, bound, squashes = observer.scaling
         self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
         self._fields = place.fields(observer.shown)
-        self._numpy: list[tuple[Observation, tuple[int, int]]] = []
+        self._numpy: list[tuple[Observation, int, Layout]] = []
         additions: list[tuple[int, int]] = []
-        for part, span in zip(observer.parts, observer.spans, strict=True):
+        for part, (first, features) in zip(observer.parts, observer.features, strict=True):
             if isinstance(part, RowObservation):
-                additions.append((part.which, span[0]))
+                additions.append((part.which, first))
             else:
-                self._numpy.append((part, span))
+                self._numpy.append((part, first, features))
         self._additions = memory.to_device(np.array(additions, np.int64).reshape(-1, 2))
         self._none = memory.to_device(np.zeros(rows[0]))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
@@ -255,27 +255,28 @@ class Observing:
         modes: Modes,
         seen: Float32[Array, "worlds learners numbers"],
     ) -> None:
-        """Write what the classes of the user's own observe; ConfigError for what is not finite."""
+        """Write what the classes of the user's own observe; ConfigError for a wrong number."""
         at, begins = self._place.arrays, modes == BEGINS
         # the streams of new episodes derive from those of the robots, which follow the seed
         self._streams[begins] = at["robots"]["streams"][begins, :, 0] ^ hash_of("observation")
         raw[begins] = 0.0
         actions = np.zeros((*self._shape, raw.shape[2]), np.float32)
         actions[:, self._robots] = raw
+        minds = cast("Array | None", self._place.estimators)
         context = ObservationContext(
-            robots=at["robots"],
-            worlds=at["worlds"],
-            minds=cast("Array | None", self._place.estimators),
+            robots=read_only(at["robots"]),
+            worlds=read_only(at["worlds"]),
+            minds=None if minds is None else read_only(minds),
             time_left=share,
             last_action=actions,
             streams=self._streams,
             is_observed=modes != STANDS,
         )
-        for part, (first, last) in self._numpy:
-            out = np.empty((*self._shape, last - first), np.float32)
+        for part, first, features in self._numpy:
+            out = np.zeros((*self._shape, len(features)), np.float32)
             part.write(context, out)
-            seen[:, :, first:last] = own = out[:, self._robots]
-            _check_finite(own, self._observer.layout[first:last])
+            seen[:, :, first : first + len(features)] = own = out[:, self._robots]
+            _check_numbers(own, features)
 
 
 def stacked(layout: Layout, n: int) -> Layout:
@@ -301,8 +302,25 @@ def _check_names(layout: Layout) -> None:
         raise ConfigError(f"observation: must have features of different names; twice: {twice}")
 
 
-def _check_finite(numbers: Array, features: Sequence[Feature]) -> None:
-    """ConfigError for NaN or infinity, which an observation of the user's own has written."""
-    if not np.isfinite(numbers).all():
-        k = int(np.argwhere(~np.isfinite(numbers))[0, 2])
-        raise ConfigError(f"observation {features[k].name}: is not finite; write a number")
+def _checked_features(part: Addition, scenario: BaseScenario, agents: Sequence[str]) -> Layout:
+    """What an addition says its numbers are; ConfigError for what are no features."""
+    found: object = part.features(scenario, agents)
+    if not isinstance(found, Sequence) or not all(isinstance(each, Feature) for each in found):
+        raise ConfigError(
+            f"observation {type(part).__name__}: features gave {found!r}, must be a list of Feature"
+        )
+    return Layout(found)
+
+
+def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features: Layout) -> None:
+    """ConfigError for a number of an observation of the user's own outside its bounds, or NaN."""
+    box = features.box()
+    is_right = (box.low <= numbers) & (numbers <= box.high) & np.isfinite(numbers)
+    if not is_right.all():
+        world, robot, k = map(int, np.argwhere(~is_right)[0])
+        low, high = features[k].low, features[k].high
+        raise ConfigError(
+            f"observation {features[k].name}: is {numbers[world, robot, k]} for learner {robot} of"
+            f" world {world}, must be a finite number of {low:g} to {high:g}; mend `write`, or its"
+            " bounds"
+        )

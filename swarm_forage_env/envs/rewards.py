@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.arrays import Array, Float64, read_only
 from swarm_forage_env.compiler import inlined
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import Task, World
@@ -62,7 +62,8 @@ class OwnReward:
         """What every robot earned in the tick since `remember`."""
         assert self._task.events is not None
         self._task.events.write(self._world, self._before, self._events)
-        rewards = self._reward(self._before, self._world.robots, self._events)
+        told = self._before, self._world.robots, self._events
+        rewards = self._reward(*map(read_only, told))
         return _checked(rewards, self._world.robots.shape)
 
 

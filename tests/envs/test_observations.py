@@ -183,13 +183,6 @@ def test_streams_of_observations_stand_while_other_worlds_are_reset_and_are_in_s
         assert_array_equal(env.step(still)[0], each)
 
 
-class Broken(Compass):
-    """Writes what is no number."""
-
-    def write(self, context, out):
-        out[...] = np.nan
-
-
 class Endless(Compass):
     """Tells no typical size."""
 
@@ -212,7 +205,43 @@ def test_what_is_no_observation_is_refused(observation, error, says):
         parallel_env("es1", observation=observation)
 
 
-def test_nan_from_an_observation_of_ones_own_does_not_travel():
+@pytest.mark.parametrize(
+    ("value", "error", "says"),
+    [
+        (
+            np.nan,
+            ConfigError,
+            "compass: is nan for learner 0 of world 0, must be .* of -3.14159 to",
+        ),
+        (7.0, ConfigError, "compass: is 7.0 for learner 0 of world 0"),
+        (None, ValueError, "read-only"),
+    ],
+)
+def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, error, says):
+    class Broken(Compass):
+        def write(self, context, out):
+            assert not out.any(), "what it does not write is zero"
+            out[...] = value or 0.0
+            if value is None:
+                context.robots["pose"][..., 0] += 1.0
+
     env = parallel_env("es1", observation=["layer", Broken], **FEW)
-    with pytest.raises(ConfigError, match="observation compass: is not finite"):
+    with pytest.raises(error, match=says):
         env.reset(seed=0)
+
+
+@pytest.mark.parametrize(
+    ("features", "says"),
+    [
+        (lambda: Feature("x", "m", 1.0, 0.0), "feature x: low=1.0 must be at most 0.0"),
+        (lambda: Feature("x", "m", 0.0, 1.0, scale=0.0), "feature x: scale=0.0 must be above 0"),
+        (lambda: "x", "observation Broken: features gave 'x', must be a list of Feature"),
+    ],
+)
+def test_what_are_no_features_is_refused(features, says):
+    class Broken(Compass):
+        def features(self, scenario, agents):
+            return features()
+
+    with pytest.raises(ConfigError, match=says):
+        parallel_env("es1", observation=Broken)

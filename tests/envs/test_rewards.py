@@ -121,6 +121,7 @@ def test_the_events_of_a_tick_are_what_happened(busy):
         (lambda *_: np.zeros(3), r"gave shape \(3,\), must be \(1, 10\)"),
         (lambda *_: "much", "gave 'much', must be numbers"),
         (lambda before, after, events: events["trip"] * np.nan, "gave nan to robot 0 of world 0"),
+        (lambda before, after, events: after["pose"].__isub__(before["pose"]), "read-only"),
     ],
 )
 def test_a_reward_that_is_none_is_refused(reward, says):
@@ -129,7 +130,7 @@ def test_a_reward_that_is_none_is_refused(reward, says):
         env.reset(seed=0)
         env.step(np.zeros((1, 10, 2), np.float32))
 
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ValueError, match=says):
         pay()
 
 

@@ -12,8 +12,8 @@ pytestmark = pytest.mark.faults
 TICKS = 60
 
 WORLDS = {
-    ("es1", "ssgiff", "kinematic"): 1e-6,
-    ("es1", "dsgikf", "rigid"): 1e-6,
+    ("es1", "ssgiff", "kinematic"): 0.0,
+    ("es1", "dsgikf", "rigid"): 0.0,
     ("waypoints-05", "boids-adaptive", "kinematic"): 0.1,
 }
 """Scenario, controller and engine, and how far robots may be apart after TICKS [m]: in the last
@@ -45,7 +45,7 @@ def test_machine_code_and_plain_python_stay_close(world, tries, rng, tell):
     seeds = [rng.randrange(2**32) for _ in range(tries(10))]
     compiled, plain = poses(world, seeds), poses(world, seeds, NUMBA_DISABLE_JIT="1")
     apart = np.linalg.norm((compiled - plain)[..., :2], axis=2)
-    assert apart.max() < WORLDS[world]
+    assert apart.max() <= WORLDS[world]
     tell(worlds=len(seeds), same=int((apart.max(axis=1) == 0.0).sum()),
          farthest_m=float(apart.max()), failed=0)  # fmt: skip
 

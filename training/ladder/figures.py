@@ -25,6 +25,7 @@ MILLION, MINUTE = 1e6, 60.0
 
 Over = Literal["robot_steps", "wall_s"]
 
+LONG = 20.0  # times the shortest training: a longer one needs a logarithmic axis
 CLOSE = 0.045  # of the height of a panel: labels of lines that lie closer are pushed apart
 TAUS = np.linspace(0.0, 1.5, 61)  # normalised scores at which a profile is drawn
 
@@ -36,10 +37,15 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     figure, panels = panel_grid(2, 3.0, 3.0)
     over: tuple[Over, Over] = ("robot_steps", "wall_s")
     for axes, name in zip(panels, over, strict=True):
-        for algorithm, own in groups.items():
-            title = title_of(algorithm)
-            draw_band(axes, title, _curve(own, name), styles[title])
-        axes.set_xlim(left=0.0)
+        drawn = {title_of(algorithm): _curve(own, name) for algorithm, own in groups.items()}
+        for title, means in drawn.items():
+            draw_band(axes, title, means, styles[title])
+        ends = [means.x[-1] for means in drawn.values()]
+        if max(ends) > LONG * min(ends):
+            axes.set_xscale("log")
+            axes.xaxis.set_major_formatter("{x:g}")
+        else:
+            axes.set_xlim(left=0.0)
     word = score_word(rung)
     finish_panel(panels[0], rung.card.title, ("robot-steps of training [million]", word))
     finish_panel(panels[1], "", ("wall-clock time of training [min]", word))

@@ -53,7 +53,7 @@ class Card(Parameters):
     robot_steps: Count = Field(1_000_000, description="How long to learn, over all robots [ticks]")
     controllers: tuple[str, ...] = Field(("nc", "ssgikf"), description="Hand-written ones")
     also: tuple[str, ...] = Field(
-        ("learned-motion", "learned-both"), description="Policies in the box"
+        ("learned-motion", "learned-both"), description="Bundled policies"
     )
     oracle: str = Field("no-error", description="What a normalised score of 1 is")
     test: Keywords = Field(
