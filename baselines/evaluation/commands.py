@@ -74,6 +74,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     """
     from baselines.evaluation import tables
     from baselines.evaluation.evaluate_options import EvaluateOptions
+    from baselines.evaluation.experiment_config import changed_settings
     from baselines.evaluation.runner import check_kept, run_with_progress
 
     request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
@@ -83,13 +84,15 @@ def evaluate(  # noqa: PLR0913 the options of a command
         _check_plot(plot, out)
     plan = request.plan(out, trajectories, device)
     run_with_progress(plan, spread)
-    results = plan.results()
+    results, changes = plan.results(), changed_settings(plan.configurations[0].overrides)
     if plot:
         _draw(plan, plot, request.command)
     if form == "table":
-        Console().print(tables.report(results))
+        Console().print(tables.report(results, changes))
+    elif form == "json":
+        typer.echo(tables.to_json(results, series, changes))
     else:
-        typer.echo(tables.to_json(results, series) if form == "json" else tables.to_csv(results))
+        typer.echo(tables.to_csv(results, changes))
     for line in tables.noise_lines(plan.configurations, plan.by_configuration()):
         say(line)
     check_kept(plan)

@@ -110,16 +110,17 @@ def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -
 
 
 def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
-    """Shift the x of each series, by half the way to the next at most, so that none hides one."""
+    """Shift points of several series at one x, by half the way to the next x at most."""
     places = [np.log10(means.x) if is_log else means.x for means in series]
-    every = np.unique(np.concatenate(places))
-    n_curves = max(1, sum(not means.is_level for means in series))
+    curves = [place for means, place in zip(series, places, strict=True) if not means.is_level]
+    every, n_at = np.unique(np.concatenate(curves or places), return_counts=True)
+    n_curves = max(1, len(curves))
     widest = 0.5 * float(np.diff(every).min()) / n_curves if len(every) > 1 else 0.0
     each = min(0.012 * float(np.ptp(every)), widest)
     shifts = iter(each * (np.arange(n_curves) - (n_curves - 1) / 2.0))
     moved = []
     for means, place in zip(series, places, strict=True):
-        at = place if means.is_level else place + next(shifts)
+        at = place if means.is_level else place + next(shifts) * np.isin(place, every[n_at > 1])
         moved.append(replace(means, x=10.0**at if is_log else at))
     return moved
 

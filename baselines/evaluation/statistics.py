@@ -1,4 +1,4 @@
-"""Statistics: means with bootstrap intervals, comparisons of two controllers, runs of learners.
+"""Statistics: means with intervals, comparisons of two controllers, runs of learners.
 
 None stands where the numbers say nothing: an interval of one value or of equal values, a
 ratio to zero.
@@ -22,6 +22,10 @@ CONFIDENCE = 0.95  # of all intervals
 RESAMPLES = 9999  # drawn for an interval
 RUN_RESAMPLES = 2000  # of the runs of learners, drawn for an interval
 BATCH = 1000  # resamples held in memory at a time
+
+FEW = 6
+"""Values from which an interval is a bootstrap. Of normal ones that holds the mean in 56 % of the
+samples of two, 78 % of four, 90 % of six; of fewer it is Student's, and of a ratio Fieller's."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +56,14 @@ class Comparison:
 
 
 def mean_interval(values: Sequence[float], seed: int = 0) -> Estimate | None:
-    """The mean and its 95 % bootstrap interval; None without values.
+    """The mean and its 95 % interval; None without values.
 
     Source: EfronTibshirani1993, ch. 14 (bias-corrected and accelerated, BCa).
 
     >>> mean_interval([4.0])
     Estimate(value=4.0, interval=None, n=1)
+    >>> mean_interval([4.0, 6.0]).interval  # 5 -+ 12.706 x 1
+    (-7.706..., 17.706...)
 
     Args:
         values: The sample, such as the round trips of each episode.
@@ -100,6 +106,28 @@ def mann_whitney_p(values: Sequence[float], base: Sequence[float]) -> float | No
     if min(len(values), len(base)) < 2 or len({*values, *base}) == 1:
         return None
     return float(stats.mannwhitneyu(values, base, alternative="two-sided").pvalue)
+
+
+def fieller_interval(
+    values: Sequence[float], base: Sequence[float], level: float
+) -> tuple[float, float]:
+    """The ends of the interval of mean(values) / mean(base), drawn in pairs.
+
+    A ratio r is inside unless mean(values - r base) differs from zero by a t test, so that the ends
+    are the roots of (x - r b)^2 = t^2 (S_xx - 2 r S_xb + r^2 S_bb) / n. The ends are infinite where
+    the mean of the base does not differ from zero itself.
+
+    Source: Fieller1954.
+    """
+    n, x, b = len(values), float(np.mean(values)), float(np.mean(base))
+    if n < 2:
+        return -math.inf, math.inf
+    (s_xx, s_xb), (_, s_bb) = np.cov(values, base) / n * stats.t.ppf(0.5 + 0.5 * level, n - 1) ** 2
+    square, half, rest = b * b - s_bb, x * b - s_xb, x * x - s_xx
+    if square <= 0.0:
+        return -math.inf, math.inf
+    root = math.sqrt(max(half * half - square * rest, 0.0))
+    return (half - root) / square, (half + root) / square
 
 
 def iqm(values: ArrayLike, axis: int = -1) -> Values:
@@ -219,9 +247,16 @@ def _mean_ratio(x: Values, b: Values, axis: int = -1) -> Values:
 def _interval(
     samples: tuple[Values, ...], statistic: Callable[..., Values], seed: int
 ) -> tuple[float, float] | None:
-    """Bootstrap interval, resampling the samples together; None if none varies or not finite."""
+    """Bootstrap interval, resampling the samples together; None if none varies or not finite.
+
+    Of a few values Fieller's: of their mean, whose base is one, that is Student's.
+    """
     if not any(np.ptp(each) > 0.0 for each in samples):
         return None
+    if len(samples[0]) < FEW:
+        values, base, *_ = *samples, np.ones_like(samples[0])
+        low, high = fieller_interval(values.tolist(), base.tolist(), CONFIDENCE)
+        return _finite(float(low), float(high))
     with np.errstate(all="ignore"), warnings.catch_warnings():  # a resample may be all zero
         warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # tested for below
         ends = stats.bootstrap(
@@ -235,5 +270,8 @@ def _interval(
             method="BCa",
             rng=np.random.default_rng(seed),
         ).confidence_interval
-    low, high = float(ends.low), float(ends.high)
+    return _finite(float(ends.low), float(ends.high))
+
+
+def _finite(low: float, high: float) -> tuple[float, float] | None:
     return (low, high) if math.isfinite(low) and math.isfinite(high) else None

@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from rich.cells import cell_len
@@ -70,38 +70,48 @@ EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
 """Episodes by controller, the seeds in the same order for each."""
 
 
-def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
-    """Episodes as one JSON array, one a line; with `series` also those over time."""
+def to_json(
+    episodes: Sequence[AnyEpisode], series: bool = False, changes: Sequence[str] = ()
+) -> str:
+    """Episodes as one JSON array, one a line, with what was changed of the scenario.
+
+    With `series` also those over time.
+    """
     left_out = () if series else kind_of_episode(episodes[0]).series
-    lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
-    return "[\n{}\n]".format(",\n".join(lines))
+    rows = (_without(left_out, changes, episode) for episode in episodes)
+    return "[\n{}\n]".format(",\n".join(json.dumps(row, allow_nan=False) for row in rows))
 
 
-def to_csv(episodes: Sequence[AnyEpisode]) -> str:
+def to_csv(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> str:
     """Episodes as CSV with a header, without series; missing values are empty."""
-    text = io.StringIO()
-    series = kind_of_episode(episodes[0]).series
-    names = [each.name for each in fields(episodes[0]) if each.name not in series]
-    writer = csv.DictWriter(text, names, lineterminator="\n")
+    text, series = io.StringIO(), kind_of_episode(episodes[0]).series
+    rows = [_without(series, changes, episode) for episode in episodes]
+    writer = csv.DictWriter(text, [*rows[0]], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_without(series, episode) for episode in episodes)
+    writer.writerows(rows)
     return text.getvalue().rstrip("\n")
 
 
-def _without(left_out: Sequence[str], episode: AnyEpisode) -> dict[str, object]:
-    return {name: value for name, value in asdict(episode).items() if name not in left_out}
+def _without(
+    left_out: Sequence[str], changes: Sequence[str], episode: AnyEpisode
+) -> dict[str, object]:
+    numbers = {name: value for name, value in asdict(episode).items() if name not in left_out}
+    return {"scenario": episode.scenario, "overrides": " ".join(changes)} | numbers
 
 
-def report(episodes: Sequence[AnyEpisode]) -> Group:
-    """The tables of means and, for several controllers, of comparisons with the first."""
+def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group:
+    """The tables of means and, for several controllers, of comparisons with the first.
+
+    `changes` are those of the scenario, as `radio.frames=1`.
+    """
     groups: dict[str, list[AnyEpisode]] = {}
     for episode in episodes:
         groups.setdefault(episode.controller, []).append(episode)
     first = next(iter(groups.values()))
     head, kind = first[0], kind_of_episode(first[0])
     title = (
-        f"{head.scenario}: {head.n_robots} robots, {head.duration_s:g} s, {head.physics} physics,"
-        f" seeds {head.seed} to {first[-1].seed}"
+        f"{', '.join((head.scenario, *changes))}: {head.n_robots} robots, {head.duration_s:g} s,"
+        f" {head.physics} physics, seeds {head.seed} to {first[-1].seed}"
     )
     always = [metric for metric in kind.columns if metric not in kind.sometimes]
     others = (metric for metric in kind.columns if metric in kind.sometimes)
@@ -109,19 +119,22 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
     parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
     if present:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, present)]
-    intervals = f"n = {len(first)}: the mean, and below it its 95 % bootstrap interval."
-    parts.append(Text(intervals, style="dim"))
+    told = f"n = {len(first)}: the mean, and below it its 95 % interval."
+    counts = [len(present_values(each, m)) for each in groups.values() for m in always]
+    if any(0 < count < len(first) for count in counts):
+        told += "\nn = k of n: the others are left out, as those whose recruitment did not end."
+    parts.append(Text(told, style="dim"))
     if len(groups) > 1:
         heading = f"\n{kind.score_words} against {head.controller}"
         parts += [Text(heading, style="bold"), comparison(groups), Text(SAME_SEEDS, style="dim")]
     return Group(*parts)
 
 
-SAME_SEEDS = "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided."
+SAME_SEEDS = "On the same seeds, with 95 % intervals; p: Mann-Whitney U, two-sided."
 
 
 def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTable:
-    """The means of these metrics for every controller, over their 95 % bootstrap intervals."""
+    """The means of these metrics for every controller, over their 95 % intervals."""
     (first, *_), *_ = groups.values()
     headings = kind_of_episode(first).columns
     columns = {
@@ -193,7 +206,7 @@ def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
     if estimate is None:
         return Text(NOT_APPLICABLE)
     value, interval = _formatted(estimate, "-")
-    partly = f"\nn = {estimate.n}" if estimate.n < len(episodes) else ""
+    partly = f"\nn = {estimate.n} of {len(episodes)}" if estimate.n < len(episodes) else ""
     return Text(value).append(f"\n{interval}{partly}", style="dim")
 
 
@@ -206,7 +219,7 @@ def _formatted(estimate: Estimate, between: str) -> tuple[str, str]:
     size = abs(estimate.value)
     whole = math.floor(math.log10(size)) + 1 if size else 3
     decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
-    value, *ends = (f"{x:.{decimals}f}" for x in (estimate.value, *(estimate.interval or ())))
+    value, *ends = (f"{x:z.{decimals}f}" for x in (estimate.value, *(estimate.interval or ())))
     return value, between.join(ends) or NOT_APPLICABLE
 
 

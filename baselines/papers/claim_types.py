@@ -249,7 +249,10 @@ class Contrast(Above):
 
 @dataclass(frozen=True)
 class NoDifference(DecidableClaim):
-    """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio."""
+    """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio.
+
+    It does not hold of values that are all equal, as of episodes too short for a recruitment.
+    """
 
     text: str
     one: Source
@@ -258,7 +261,7 @@ class NoDifference(DecidableClaim):
 
     def _verdict(self, results: Results) -> Verdict:
         comparison = compare(*both(results, self.one, self.other, self.metric))
-        same = comparison.p is None or comparison.p >= INDISTINCT
+        same = comparison.p is not None and comparison.p >= INDISTINCT
         return 1.0, comparison.ratio, same, comparison.p
 
     def effects(self, results: Results) -> list[Effect]:

@@ -83,7 +83,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
 
     **robustness**: every weighting rule among faulty robots and liars; no paper has it.
 
-    **transfer**: every bundled policy in 49 worlds, most of them not of its training; no paper has it.
+    **transfer**: every bundled policy in 49 worlds, most not of its training; no paper has it.
 
     Prints the expected time before it starts. Finished blocks of episodes are written to --out;
     a stopped run repeats at most the unfinished blocks. With --episodes=adaptive the page is

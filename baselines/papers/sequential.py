@@ -20,6 +20,7 @@ from rich.console import Group
 from rich.text import Text
 from scipy import stats
 
+from baselines.evaluation.statistics import fieller_interval
 from baselines.evaluation.tables import markdown, plain_table
 from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect, shown
 from baselines.papers.experiments import Experiment, Results
@@ -51,28 +52,6 @@ class Decided:
     def is_open(self) -> bool:
         """More episodes may decide it."""
         return self.decision == "undecided"
-
-
-def fieller_interval(
-    values: Sequence[float], base: Sequence[float], level: float
-) -> tuple[float, float]:
-    """The ends of the interval of mean(values) / mean(base), drawn in pairs.
-
-    A ratio r is inside unless mean(values - r base) differs from zero by a t test, so that the ends
-    are the roots of (x - r b)^2 = t^2 (S_xx - 2 r S_xb + r^2 S_bb) / n. The ends are infinite where
-    the mean of the base does not differ from zero itself.
-
-    Source: Fieller1954.
-    """
-    n, x, b = len(values), float(np.mean(values)), float(np.mean(base))
-    if n < 2:
-        return -math.inf, math.inf
-    (s_xx, s_xb), (_, s_bb) = np.cov(values, base) / n * stats.t.ppf(0.5 + 0.5 * level, n - 1) ** 2
-    square, half, rest = b * b - s_bb, x * b - s_xb, x * x - s_xx
-    if square <= 0.0:
-        return -math.inf, math.inf
-    root = math.sqrt(max(half * half - square * rest, 0.0))
-    return (half - root) / square, (half + root) / square
 
 
 def resolution(effect: Effect, n: int) -> float:

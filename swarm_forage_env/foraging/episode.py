@@ -136,7 +136,10 @@ class ForagingMeter:
         self, robots: Array, is_sound: Bool[Array, " robots"], error: float | None
     ) -> dict[str, object]:
         sound = robots[None, is_sound]
-        counts = {f"{name}_sound": each for name, (each,) in _counts(sound, self._n_ticks).items()}
+        counts: dict[str, object] = {
+            f"{name}_sound": each if sound.size else None
+            for name, (each,) in _counts(sound, self._n_ticks).items()
+        }
         return {"sound_robots": sound.size, **counts, "localisation_error_sound_m": error}
 
 
@@ -165,6 +168,7 @@ FORAGING_EPISODE = EpisodeKind(
         "lost_events": ("lost\nevents", 1.0),
         "messages": ("messages\n[1000]", 0.001),
         "localisation_error_m": ("location\nerror [cm]", 100.0),
+        "sound_robots": ("sound\nrobots", 1.0),
         "round_trips_sound": ("trips,\nsound", 1.0),
         "on_path_share_sound": ("on path,\nsound [%]", 100.0),
         "lost_events_sound": ("lost,\nsound", 1.0),

@@ -30,6 +30,7 @@ def test_the_series_are_told_only_if_asked_for(episodes):
     listed = episodes("nc", [3])
     (told,), (asked,) = json.loads(to_json(listed)), json.loads(to_json(listed, series=True))
     assert asked == asdict(listed[0]) | {
+        "overrides": "",
         "on_path_over_time": [0.0, 0.1, 0.3], "recruited_at_s": [7.5, 19.0],
     }  # fmt: skip
     assert set(asked) - set(told) == {"on_path_over_time", "recruited_at_s"}
@@ -37,7 +38,9 @@ def test_the_series_are_told_only_if_asked_for(episodes):
 
 
 def test_csv_has_a_line_to_an_episode_and_nothing_for_what_is_missing(episodes):
-    lines = list(csv.DictReader(io.StringIO(to_csv(episodes("nc", [3, 4])))))
+    told = to_csv(episodes("nc", [3, 4]), ["radio.frames=1", "task.n_robots=5"])
+    lines = list(csv.DictReader(io.StringIO(told)))
+    assert lines[0]["overrides"] == "radio.frames=1 task.n_robots=5"
     assert [line["round_trips"] for line in lines] == ["3", "4"]
     assert lines[0]["recruitment_time_s"] == ""
     assert float(lines[0]["localisation_error_m"]) == 0.1 + 0.2
@@ -61,7 +64,10 @@ def test_equal_values_have_no_interval(episodes, trips):
 def test_a_mean_over_part_of_the_episodes_says_over_how_many(episodes):
     times = zip(episodes("nc", [1, 2, 3, 4]), (None, 90.0, 100.0, 110.0), strict=True)
     some = [replace(each, recruitment_time_s=time) for each, time in times]
-    assert "n = 3" in printed(report(some))
+    text = printed(report(some, ["radio.frames=1"]))
+    assert "n = 3 of 4" in text
+    assert "the others are left out" in text
+    assert ", radio.frames=1:" in text
 
 
 LONG = "ssgikf-sceptical:agreement=0.4,slack=0.5"

@@ -159,7 +159,7 @@ def test_the_share_farthest_from_the_middle_of_the_range_is_shown(episodes, shar
     assert share("path", (A, B), (0.5, 0.7)).judge(results).ours == pytest.approx(farthest)
 
 
-@pytest.mark.parametrize(("p", "same"), [(None, True), (0.049, False), (0.05, True), (0.9, True)])
+@pytest.mark.parametrize(("p", "same"), [(None, False), (0.049, False), (0.05, True), (0.9, True)])
 def test_two_samples_differ_from_a_p_of_one_in_twenty_down(monkeypatch, episodes, p, same):
     found = Comparison(Estimate(1.0, None, 2), Estimate(2.0, None, 2), p)
     monkeypatch.setattr(claim_types, "compare", lambda one, other: found)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from baselines.evaluation.statistics import fieller_interval
 from baselines.papers import report, sequential
 from baselines.papers.beta_sweep import BETAS, BestBeta, BetaSweep, OptimumInsideRange
 from baselines.papers.claim_types import (
@@ -20,7 +21,7 @@ from baselines.papers.claim_types import (
     share,
 )
 from baselines.papers.experiments import Experiment, round_trips
-from baselines.papers.sequential import LOOKS, decide, decide_all, decision_of, fieller_interval
+from baselines.papers.sequential import LOOKS, decide, decide_all, decision_of
 
 A, B = Experiment("es1", "nc"), Experiment("es1", "ssgikf")
 
