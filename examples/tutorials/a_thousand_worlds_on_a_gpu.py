@@ -6,7 +6,7 @@
 # on a CPU with fewer worlds.
 #
 # **The outputs of the cells are of a CPU** (`DEVICE = "cpu"`). The figures of a GPU at the end were
-# measured on 23 November 2026 on one NVIDIA H200.
+# measured on 26 November 2026 on one NVIDIA H200.
 
 # %%
 import time
@@ -86,14 +86,14 @@ _ = axes.set(xlabel="million robot-steps", ylabel="round trips of an episode", t
 # %% [markdown]
 # ## What a GPU does
 #
-# Kept figures, measured on 23 November 2026 on one NVIDIA H200
+# Kept figures, measured on 26 November 2026 on one NVIDIA H200
 # ([performance](../performance.md#on-a-gpu), [train on a
-# GPU](../guides/gpu.md#how-long-it-takes)): worlds alone under `ssgikf`, and a training of 1024
-# worlds under version 1 of the environments with a shaped reward.
+# GPU](../guides/gpu.md#how-long-it-takes)): worlds alone under `ssgikf`, and the best of
+# some trainings, of 2048 worlds for 6 s.
 
 # %%
-H200_WORLDS = {100: 7.1, 1_000: 83, 10_000: 278, 20_000: 280}
-H200_TRAINING = {36: 6.7, 53: 183, 71: 251, 123: 261}
+H200_WORLDS = {100: 25, 1_000: 163, 2_048: 284, 10_000: 362}
+H200_TRAINING = {4.5: 257, 6: 266}
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(7.5, 3.0), layout="constrained")
 left.loglog(list(H200_WORLDS), list(H200_WORLDS.values()), "s-", label="H200, kept")
@@ -101,11 +101,11 @@ left.loglog(list(rates), list(rates.values()), "o-", label="this CPU")
 left.set(xlabel="worlds", ylabel="million robot-steps a second")
 left.legend()
 right.plot(list(H200_TRAINING), list(H200_TRAINING.values()), "s-", label="H200, kept")
-right.axhline(165, linestyle="--", color="0.4", label="ssgikf")
+right.axhline(163, linestyle="--", color="0.4", label="ssgikf")
 right.set(xlabel="seconds of training", ylabel="round trips")
 _ = right.legend()
 
 # %% [markdown]
 # A few worlds leave a GPU idle; thousands use it. The command for all of this is
-# `swarm-forage train motion es1 --device cuda --physics kinematic --worlds 1024`. What runs
+# `swarm-forage train motion es1 --device cuda --physics kinematic`. What runs
 # on a GPU, and when one pays: [train on a GPU](../guides/gpu.md).
