@@ -91,6 +91,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         """Make `num_envs` worlds; `envs` give RLlib the spaces of each."""
         super().__init__()
         self.env = env = ArrayEnv(**options, n_worlds=num_envs)
+        env.check_keeps_step("leave SwarmEnvRunner out, or take num_envs_per_env_runner=1")
         self.num_envs, self.envs = num_envs, list(envs)
         self.single_observation_spaces = dict.fromkeys(env.learners, env.observation_space)
         self.single_action_spaces = dict.fromkeys(env.learners, env.action_space)

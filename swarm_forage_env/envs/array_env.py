@@ -264,6 +264,14 @@ class ArrayEnv:
         assert self._at_once is not None
         self._at_once(actions, self.config.period, self.max_cycles, room)
 
+    def check_keeps_step(self, instead: str) -> None:
+        """ConfigError where one world's episode can end before another's, saying what would do."""
+        why = "stagger=True" if self._is_staggered else f"step_on='{self.config.step_on}'"
+        if self.n_worlds > 1 and why != "step_on='tick'":
+            raise ConfigError(
+                f"{why}: worlds end at different times, and here they are reset together; {instead}"
+            )
+
     def check(self) -> None:
         """Raise what went wrong on a GPU since the last time, as a refused action: waits for it."""
         self._on.check()

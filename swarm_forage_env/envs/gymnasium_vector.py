@@ -20,7 +20,8 @@ VECTOR_METADATA: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMod
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     """Worlds side by side, equal to single environments, step for step and bit for bit.
 
-    All episodes have the same length, so all worlds are truncated and reset together.
+    All episodes have the same length, so all worlds are truncated and reset together; where they
+    have not, as under `step_on="exchange"`, `autoreset_mode` must be DISABLED.
     """
 
     metadata: dict[str, object] = VECTOR_METADATA
@@ -41,6 +42,10 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = checked_count("num_envs", num_envs)
         self._make(self.num_envs, options)
+        if self._mode is not AutoresetMode.DISABLED:
+            self.array_env.check_keeps_step(
+                "take SwarmVecEnv, vectorization_mode='sync', or autoreset_mode='Disabled'"
+            )
         if max_episode_steps not in (None, -1):
             longest = checked_count("max_episode_steps", max_episode_steps)
             self.max_cycles = self.array_env.max_cycles = min(self.max_cycles, longest)

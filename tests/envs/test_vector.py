@@ -14,6 +14,7 @@ from swarm_forage_env import ConfigError
 WORLDS = 3
 SINGLE, JOINT = "Commands/ES1-v0", "Commands/ES1-Joint-v0"
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
+EXCHANGES = {"learn": "weighting", "step_on": "exchange"}
 
 
 def in_one_block(made, mode="NextStep", **options):
@@ -136,6 +137,8 @@ def test_a_block_is_made_again_from_its_spec():
         ({"num_envs": 0}, "num_envs=0: must be a whole number, at least 1"),
         ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
         ({"max_episode_steps": 2.5}, r"max_episode_steps=2\.5: must be"),
+        ({"num_envs": 2, "stagger": True}, "stagger=True: worlds end .*='Disabled'"),
+        ({"num_envs": 2, **EXCHANGES}, "step_on='exchange': worlds end at .*='sync'"),
         ({"autoreset_mode": "never"}, "'never': must be one of 'NextStep', 'SameStep', 'Disabled'"),
     ],
 )

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_forage_env import parallel_env
+from swarm_forage_env import ConfigError, parallel_env
 from swarm_forage_env.scenarios import find_scenario
 
 pytestmark = [
@@ -65,6 +65,15 @@ def test_a_world_goes_through_what_it_goes_through_alone(options, small):
     assert not terminated[1]["__all__"]
     assert set(rewards[1].values()) == {0.0}
     assert (block.env.world.robots["pose"] != last).all(axis=2).any()
+
+
+def test_what_a_block_cannot_do_is_refused_in_a_line(small):
+    from training.rllib_env import SwarmVectorEnv
+
+    exchanges = {"learn": "weighting", "step_on": "exchange", **small}
+    with pytest.raises(ConfigError, match=r"step_on=.exchange.: .*; leave SwarmEnvRunner"):
+        SwarmVectorEnv(exchanges, 2)
+    SwarmVectorEnv(exchanges, 1)
 
 
 @pytest.mark.parametrize(
