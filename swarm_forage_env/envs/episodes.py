@@ -11,7 +11,7 @@ from swarm_forage_env.arrays import Array, Bool, Float64, Int64, UInt64
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import BaseScenario, leaves, override, resolve
+from swarm_forage_env.parameters import MAX_TICKS, BaseScenario, leaves, override, resolve
 from swarm_forage_env.random_streams import (
     checked_seed,
     draw_seeds,
@@ -95,13 +95,14 @@ class Episodes:
         if not self.has_begun:
             raise ResetNeeded(NOT_BEGUN)
 
-    def check_running(self) -> None:
-        """ResetNeeded if the episode of a world has not begun, or has ended."""
-        if (self.steps < self.ends).all():
+    def check_running(self, limit: int = MAX_TICKS) -> None:
+        """ResetNeeded if a world's episode has not begun, or has ended, by itself or at a limit."""
+        is_over = self.steps >= np.minimum(self.ends, limit)
+        if not is_over.any():
             return
         if not self.ends.all():
             raise ResetNeeded(NOT_BEGUN)
-        over = np.flatnonzero(self.is_over)
+        over = np.flatnonzero(is_over)
         where = "" if len(self.ends) == 1 else f" of world {over[0]}"
         raise ResetNeeded(
             f"step after the end{where}, at {self.steps[over[0]]} cycles: call reset() first"

@@ -38,11 +38,6 @@ class JointWorlds(ShownEnv):
         self._is_team_reward = env.config.reward == "team"
         self._unshaped: Infos = {}
 
-    @property
-    def _is_over(self) -> bool:
-        """The episode has ended, in all worlds alike."""
-        return bool(self.array_env.is_over.all())
-
     def _begin(
         self,
         seeds: Sequence[int | None],

@@ -37,7 +37,8 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         """Make the worlds; `reset` starts their episodes.
 
         `max_episode_steps`, which `gymnasium.make_vec` hands on, ends episodes that `max_cycles`
-        or the scenario's time would let go on, as a TimeLimit does; -1 is none.
+        or the scenario's time would let go on, as a TimeLimit does, which is not observed as
+        `time_left`; -1 is none.
         """
         self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = checked_count("num_envs", num_envs)
@@ -48,7 +49,12 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
             )
         if max_episode_steps not in (None, -1):
             longest = checked_count("max_episode_steps", max_episode_steps)
-            self.max_cycles = self.array_env.max_cycles = min(self.max_cycles, longest)
+            if self.array_env.config.step_on == "exchange":
+                raise ConfigError(
+                    f"max_episode_steps={longest}: under step_on='exchange' an episode counts"
+                    " ticks, not steps; give max_cycles"
+                )
+            self.max_cycles = min(self.max_cycles, longest)
         self.metadata = {**self.metadata, "autoreset_mode": self._mode}
         self.single_observation_space = self._joint_observations
         self.single_action_space = self._joint_actions
@@ -84,12 +90,13 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         `final_info`; DISABLED wants a call of reset().
         """
         never = np.zeros(self.num_envs, np.bool_)
-        if self._is_over and self._mode is AutoresetMode.NEXT_STEP:
+        if self._mode is AutoresetMode.NEXT_STEP and self._over.any():
             observations, infos = self.reset()
             return observations, np.zeros(self.num_envs), never, never.copy(), infos
-        observations, rewards, truncated = self._advance(actions)
-        infos, over = self._infos(), self._is_over
-        if over and self._mode is AutoresetMode.SAME_STEP:
+        self.array_env.episodes.check_running(self.max_cycles)
+        observations, rewards, _ = self._advance(actions)
+        infos, truncated = self._infos(), self._over
+        if self._mode is AutoresetMode.SAME_STEP and truncated.any():
             last = {"final_obs": _unbatched(observations), "final_info": infos}
             observations, infos = self.reset()
             infos |= self._masked(last)
@@ -115,6 +122,12 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     def close_extras(self, **kwargs: object) -> None:
         """Close the window, if there is one."""
         self._screen.close()
+
+    @property
+    def _over(self) -> Bool[Array, " worlds"]:
+        """The worlds whose episodes have ended, by themselves or at `max_episode_steps`."""
+        env = self.array_env
+        return np.asarray(env.is_over | (env.episodes.steps >= self.max_cycles))
 
     def _chosen(self, mask: object) -> list[int]:
         if mask is None:

@@ -1,5 +1,7 @@
 """Worlds in one block are so many single environments, step for step and bit for bit."""
 
+import pickle
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -70,9 +72,10 @@ def test_a_block_is_its_single_environments(made, options, mode):
 
 @pytest.mark.parametrize(("most", "cycles"), [(4, 7), (7, 4), (-1, 4)])
 def test_the_shorter_of_time_limit_and_max_cycles_ends_the_episodes(most, cycles):
-    options = {"max_episode_steps": most, "max_cycles": cycles}
-    block, single = in_one_block(SINGLE, **options), one_by_one(SINGLE, **options)
+    terms = {"max_episode_steps": most, "max_cycles": cycles, "observation": "time_left"}
+    block, single = in_one_block(SINGLE, **terms), one_by_one(SINGLE, **terms)
     assert assert_equal_for(15, block, single) == 3 * 3
+    assert assert_equal_for(15, pickle.loads(pickle.dumps(block)), single) == 3 * 3
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
@@ -82,7 +85,7 @@ def test_the_metadata_say_how_episodes_follow_each_other(mode):
 
 
 def test_without_autoreset_the_end_is_the_end():
-    block = in_one_block(SINGLE, "Disabled", max_cycles=1)
+    block = in_one_block(SINGLE, "Disabled", max_episode_steps=1)
     block.reset(seed=0, options={"reset_mask": np.ones(WORLDS, bool)})
     still = np.zeros(block.action_space.shape, np.float32)
     assert block.step(still)[3].all()
@@ -137,6 +140,7 @@ def test_a_block_is_made_again_from_its_spec():
         ({"num_envs": 0}, "num_envs=0: must be a whole number, at least 1"),
         ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
         ({"max_episode_steps": 2.5}, r"max_episode_steps=2\.5: must be"),
+        ({"max_episode_steps": 5, **EXCHANGES}, "max_episode_steps=5: under .* give max_cycles"),
         ({"num_envs": 2, "stagger": True}, "stagger=True: worlds end .*='Disabled'"),
         ({"num_envs": 2, **EXCHANGES}, "step_on='exchange': worlds end at .*='sync'"),
         ({"autoreset_mode": "never"}, "'never': must be one of 'NextStep', 'SameStep', 'Disabled'"),
