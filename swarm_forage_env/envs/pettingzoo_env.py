@@ -4,9 +4,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-from gymnasium.spaces import Space
+from gymnasium.spaces import Box, Space
 from pettingzoo import AECEnv, ParallelEnv
-from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
+from pettingzoo.utils import (
+    AssertOutOfBoundsWrapper,
+    ClipOutOfBoundsWrapper,
+    OrderEnforcingWrapper,
+    parallel_to_aec,
+)
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.controllers import Controllers
@@ -190,7 +195,7 @@ def env(
     render_mode: RenderMode | None = None,
     **options: Unpack[EnvOptions],
 ) -> AECEnv:
-    """The environment with agents acting in turn: actions clipped, order of calls checked.
+    """The environment with agents acting in turn: actions clipped, choices and order checked.
 
     >>> turns = env("near")
     >>> turns.reset(seed=0)
@@ -198,4 +203,6 @@ def env(
     ...     turns.step(turns.action_space(agent).sample())
     """
     bare = raw_env(scenario, controller=controller, render_mode=render_mode, **options)
-    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(bare))
+    is_box = isinstance(bare.action_space(bare.possible_agents[0]), Box)
+    bounded = ClipOutOfBoundsWrapper if is_box else AssertOutOfBoundsWrapper
+    return OrderEnforcingWrapper(bounded(bare))

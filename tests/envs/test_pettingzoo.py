@@ -26,6 +26,7 @@ def made(kind, scenario="es1", **options):
 def test_pettingzoo_accepts_every_layer(learn):
     options = {"learn": learn, "task.n_robots": 4}
     api_test(env(max_cycles=40, **options), num_cycles=100)
+    api_test(made("aec", max_cycles=4, discrete=True, **options), num_cycles=20)
     parallel_api_test(parallel_env(**options), num_cycles=100)
     seed_test(lambda: env(**options), num_cycles=50)
     parallel_seed_test(lambda: parallel_env(**options), num_cycles=50)
