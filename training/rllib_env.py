@@ -71,8 +71,11 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
     def reset(
         self, *, seed: int | None = None, options: dict[str, object] | None = None
     ) -> tuple[OfAgents, OfAgents]:
-        """Start an episode; a seed fixes it and all that follow without one."""
-        (observations,), (infos,) = self._block.reset(seed=seed)
+        """Start an episode; a seed fixes it and all that follow without one.
+
+        `options` are numbers of the scenario for this episode, by dotted name.
+        """
+        (observations,), (infos,) = self._block.reset(seed=seed, options=options)
         return observations, infos
 
     def step(
@@ -105,8 +108,8 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
     def reset(
         self, *, seed: Seeds = None, options: dict[str, object] | None = None
     ) -> tuple[list[OfAgents], list[OfAgents]]:
-        """Reset every world; seeds are those of `ArrayEnv`."""
-        observations, _ = self.env.reset(seed=seed)
+        """Reset every world; seeds and options are those of `ArrayEnv`."""
+        observations, _ = self.env.reset(seed=seed, options=options)
         self._over = False
         return self._by_agent(observations), self._silence()
 

@@ -21,7 +21,7 @@ from torchrl.modules.distributions import utils as distribution_utils
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.envs.episodes import checked_seeds
+from swarm_forage_env.envs.episodes import Seeds, checked_seeds
 from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import Frame
@@ -171,14 +171,19 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         """The next episode of each world has seed, seed + 1 ...; those that follow are drawn."""
         self._seeds = list(checked_seeds(seed, self.array_env.n_worlds))
 
-    def _reset(self, tensordict: TensorDictBase | None = None, **_: object) -> TensorDict:
-        """Reset the worlds of "_reset", or all without it."""
+    def _reset(
+        self,
+        tensordict: TensorDictBase | None = None,
+        seed: Seeds = None,
+        options: Mapping[str, object] | None = None,
+    ) -> TensorDict:
+        """Reset the worlds of "_reset", or all without it; the rest is as in `ArrayEnv.reset`."""
         follow_stream(self.array_env)
         chosen = np.arange(self.array_env.n_worlds)
         if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
             chosen = np.flatnonzero(tensordict.get("_reset").numpy(force=True))
-        seeds = [self._seeds[world] for world in chosen]
-        observations, infos = self.array_env.reset(seeds, worlds=chosen)
+        seeds = [self._seeds[world] for world in chosen] if seed is None else seed
+        observations, infos = self.array_env.reset(seeds, chosen, options)
         for world in chosen:
             self._seeds[world] = None
         return self._told(observations, infos)

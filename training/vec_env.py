@@ -10,7 +10,7 @@ from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.envs.episodes import checked_seeds
+from swarm_forage_env.envs.episodes import checked_options, checked_seeds
 from swarm_forage_env.envs.keywords import EnvOptions, RenderMode
 from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import ConfigError
@@ -87,6 +87,12 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         self.env.episodes.seed(seeds)
         return [own for own in seeds for _ in self.env.learners]
 
+    def set_options(self, options: object = None) -> None:
+        """Set numbers of the scenario for the episodes of the next reset, of all worlds alike."""
+        numbers = checked_options(options)
+        self.env.episodes.scenario_under(numbers)
+        super().set_options(dict(numbers))
+
     @property
     def max_episode_steps(self) -> int:
         """Decisions in an episode, under the usual name."""
@@ -100,7 +106,8 @@ class SwarmVecEnv(ShownEnv, VecEnv):
     def reset(self) -> Float32[Array, "rows numbers"]:
         """Reset every world and return the observation of every learner."""
         self.reset_infos: Infos = [{} for _ in range(self.num_envs)]
-        observations, _ = self.env.reset()
+        observations, _ = self.env.reset(options=self._options[0])
+        self._reset_options()
         self._follow()
         return self._rows(self.env.memory.read(observations))
 

@@ -44,8 +44,9 @@ def test_a_world_goes_through_what_it_goes_through_alone(options, small):
     terms = {**small, **options, "max_cycles": 5}
     block, rng = SwarmVectorEnv(terms, 3), np.random.default_rng(0)
     alone, single = parallel_env(**terms), SwarmMultiAgentEnv(terms)
-    observed, infos = block.reset(seed=4)
-    others = [env.reset(seed=5)[0] for env in (alone, single)]
+    far = {"task.area_distance": 1.2}
+    observed, infos = block.reset(seed=4, options=far)
+    others = [env.reset(seed=5, options=far)[0] for env in (alone, single)]
     assert infos == 3 * [{agent: {} for agent in alone.possible_agents}]
     for _ in range(5):
         for other in others:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from swarm_forage_env import ConfigError, parallel_env
+from swarm_forage_env import ArrayEnv, ConfigError, parallel_env
 
 pytestmark = [
     pytest.mark.torchrl,
@@ -86,6 +86,12 @@ def test_a_rollout_is_that_of_the_parallel_env_number_for_number(make, small, fo
             for k, info in enumerate(infos.values()):
                 told = then["epuck", "info"][k].to_dict()
                 assert told == {name: np.float32(value) for name, value in info.items()}
+
+
+def test_a_reset_takes_seeds_and_options_as_the_batch_api_does(make, small):
+    terms = {"seed": 5, "options": {"task.area_distance": 1.2}}
+    observed, _ = ArrayEnv(n_worlds=2, **small).reset(**terms)
+    assert np.array_equal(make().reset(**terms)["epuck", "observation"], observed)
 
 
 def nothing(before, events, after):

@@ -8,7 +8,7 @@ from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNorma
 
 import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
 from swarm_forage_env import parallel_env
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.random_streams import drawn_seed
 from training.vec_env import SwarmVecEnv
 
@@ -58,8 +58,12 @@ def test_a_row_is_a_robot_and_goes_through_what_its_world_goes_through_alone(opt
 @pytest.mark.parametrize("learn", ["motion", "everything"])
 def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds(learn):
     env = make(max_cycles=3, learn=learn)
+    env.set_options({"task.area_distance": 1.2})
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        env.set_options({"task.area_distanse": 1.1})
     start = env.reset()
     for _ in range(2):
+        assert env.scenario.task.area_distance == 1.2
         _, _, done, infos = env.step(some(env))
         assert not done.any()
         assert [set(info) for info in infos] == [{"unshaped_reward"}] * 8
@@ -71,6 +75,7 @@ def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds(learn
     assert last.shape == observed.shape
     assert (last != observed).any()
     assert (observed != start).any()
+    assert env.scenario.task.area_distance == 1.5
     assert not env.step(some(env))[2].any()
 
 
