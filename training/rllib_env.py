@@ -146,12 +146,13 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         return [{agent: {} for agent in self.env.learners} for _ in range(self.num_envs)]
 
     def _log(self) -> list[OfAgents]:
+        names, drawn_in = self.env.infos, self.env.episodes.drawn_in
         return [
             {
-                agent: dict(zip(self.env.infos, row, strict=True))
-                for agent, row in zip(self.env.learners, world, strict=True)
+                agent: {**dict(zip(names, row, strict=True)), **drawn_in(world)}
+                for agent, row in zip(self.env.learners, rows, strict=True)
             }
-            for world in self.env.log().tolist()
+            for world, rows in enumerate(self.env.log().tolist())
         ]
 
 

@@ -188,12 +188,13 @@ class SwarmVecEnv(ShownEnv, VecEnv):
     ) -> None:
         """Write the infos of the last step of the episodes that ended."""
         log, n = self.env.memory.read(self.env.log()), len(self.env.learners)
-        for world in np.flatnonzero(over):
+        for world in np.flatnonzero(over).tolist():
             for k in range(n):
                 info = infos[world * n + k]
                 info["terminal_observation"] = observations[world, k]
                 info["TimeLimit.truncated"] = True
                 info |= zip(self.env.infos, log[world, k].tolist(), strict=True)
+                info |= self.env.episodes.drawn_in(world)
 
     def _rows(
         self, observations: Float32[Array, "worlds learners numbers"]

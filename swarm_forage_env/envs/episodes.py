@@ -66,6 +66,10 @@ class Episodes:
         """Copies of the streams, as generators of NumPy that draw the same."""
         return [*map(generator_of, self._roots.tolist(), self.streams)]
 
+    def drawn_in(self, world: int) -> dict[str, float]:
+        """The numbers of a world's episode that were drawn, by name."""
+        return {name: float(each[world]) for name, each in self.drawn.items()}
+
     @property
     def extremes(self) -> list[BaseScenario]:
         """The scenario, and at the corners of its ranges: how far numbers can get."""

@@ -57,7 +57,7 @@ def test_a_row_is_a_robot_and_goes_through_what_its_world_goes_through_alone(opt
 
 @pytest.mark.parametrize("learn", ["motion", "everything"])
 def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds(learn):
-    env = make(max_cycles=3, learn=learn)
+    env = make(max_cycles=3, learn=learn, randomise={"radio.max_range": (0.1, 0.2)})
     env.set_options({"task.area_distance": 1.2})
     with pytest.raises(UnknownNameError, match="did you mean"):
         env.set_options({"task.area_distanse": 1.1})
@@ -67,10 +67,12 @@ def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds(learn
         _, _, done, infos = env.step(some(env))
         assert not done.any()
         assert [set(info) for info in infos] == [{"unshaped_reward"}] * 8
+    drawn = np.repeat(env.env.episodes.drawn["radio.max_range"], 4)
     observed, _, done, infos = env.step(some(env))
     assert done.all()
     assert all(info["TimeLimit.truncated"] for info in infos)
     assert [info["round_trips"] for info in infos] == [0] * 8
+    assert [info["radio.max_range"] for info in infos] == drawn.tolist()
     last = np.stack([info["terminal_observation"] for info in infos])
     assert last.shape == observed.shape
     assert (last != observed).any()
