@@ -60,13 +60,13 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         device: Device = "cpu",
         **options: Unpack[EnvOptions],
     ) -> None:
-        """Make the worlds; a `seed` starts the sequence of each: one number, or one for each.
+        """Make the worlds, and call the method `seed`, which says what a seed is here.
 
         Args:
             scenario: A name, a TOML file or a `Scenario`.
             n_worlds: Worlds, each of which adds a row for each learner.
             controller: Controller of the layers that are not learned.
-            seed: Seed of the first episodes: one number, or one for each world.
+            seed: Seed of the sequence of episodes of each world: one number, or one for each.
             stagger: The first episodes end at different times.
             render_mode: As in `parallel_env`.
             device: `cpu` or `cuda`.
@@ -82,7 +82,12 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         self.seed(seed)
 
     def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
-        """Seed the sequences from which resets draw the seeds of the worlds."""
+        """Seed the sequences from which resets draw the seeds of episodes, the first ones too.
+
+        One number, of which world w takes seed + w, or one for each world. A world begins with the
+        episode that in `ArrayEnv` follows the one of its seed, so that a training meets none of the
+        small seeds that `evaluate` scores on. A model of stable-baselines3 hands on its `seed`.
+        """
         seeds = checked_seeds(seed, self.env.n_worlds)
         self.env.episodes.seed(seeds)
         return [own for own in seeds for _ in self.env.learners]
