@@ -20,7 +20,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
 from gymnasium.spaces import Dict as DictSpace
 from gymnasium.spaces import Discrete, Space
@@ -53,7 +52,7 @@ ALL = "__all__"
 
 
 class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
-    """One world; the keys of its `env_config` are the keywords of `parallel_env`."""
+    """One world; the keys of its `env_config` are those of `parallel_env` but `render_mode`."""
 
     def __init__(self, env_config: SingleEnvOptions | None = None) -> None:
         """Make the world; `reset` starts its episodes."""
@@ -124,8 +123,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
     def advance(self, actions: Sequence[OfAgents]) -> Step:
         """One decision period; the last infos hold what `parallel_env` logs of a robot."""
         agents = self.env.learners
-        rows = np.array([each[agent] for each in actions for agent in agents])
-        observations, rewards, _, truncated, _ = self.env.advance(self.env.actions.rows(rows))
+        observations, rewards, _, truncated, _ = self.env.advance(self._rows(actions))
         self._over = bool(truncated.all())
         return (
             self._by_agent(observations),
@@ -134,6 +132,14 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
             self._all(self._over),
             self._log() if self._over else self._silence(),
         )
+
+    def _rows(self, actions: Sequence[OfAgents]) -> Array:
+        """A row for each agent of each world; what does not fit is refused as in `parallel_env`."""
+        if self.num_envs == 1:
+            return self.env.actions.matrix(actions[0])
+        of_all = [(agent, w) for w, each in enumerate(actions) for agent in each]
+        given = {f"{agent} of world {w}": actions[w][agent] for agent, w in of_all}
+        return self.env.actions.matrix(given)
 
     def _by_agent(self, observations: Float32[Array, "worlds learners numbers"]) -> list[OfAgents]:
         return [dict(zip(self.env.learners, world, strict=True)) for world in observations]

@@ -15,7 +15,7 @@ from gymnasium.spaces import Box
 from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords, chosen_robots
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import ChecksScenarios, Controller, has_talk, is_everything
 from swarm_forage_env.mixed import members_of, with_members
 from swarm_forage_env.parameters import BaseScenario, leaves, resolve, validated
@@ -118,6 +118,11 @@ def _check_leaves_a_layer(
 
 def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> BaseScenario:
     """The scenario with its overrides; UnknownNameError for what is no keyword and no number."""
+    if "render_mode" in overrides:
+        raise ConfigError(
+            f"render_mode={shown(overrides['render_mode'])}: this API draws nothing under it; take"
+            " parallel_env, gymnasium.make or SwarmVecEnv, or call render() of SwarmTorchEnv"
+        )
     chosen = find_scenario(scenario)
     keywords = (*EnvConfig.model_fields, "controller", "render_mode")
     known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}

@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 from numpy.testing import assert_array_equal
 
-from swarm_forage_env import ConfigError, UnknownNameError
+from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError
 from swarm_forage_env.envs.registration import NAMES
 from swarm_forage_env.registry import SCENARIOS
 from tests.commands import parallel_env
@@ -176,6 +176,8 @@ def test_nothing_is_drawn_without_a_mode():
     swarm.reset(seed=0)
     with pytest.raises(ConfigError, match="give render_mode='human', 'rgb_array' or 'ansi'"):
         swarm.render()
+    with pytest.raises(ConfigError, match=r"^render_mode='ansi': this API draws .* parallel_env"):
+        ArrayEnv("es1", render_mode="ansi")
 
 
 def test_a_refused_reset_draws_no_seed():

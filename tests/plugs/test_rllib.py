@@ -72,10 +72,10 @@ def test_a_world_goes_through_what_it_goes_through_alone(options, small):
 def test_what_a_block_cannot_do_is_refused_in_a_line(small):
     from training.rllib_env import SwarmVectorEnv
 
-    exchanges = {"learn": "weighting", "step_on": "exchange", **small}
     with pytest.raises(ConfigError, match=r"step_on=.exchange.: .*; leave SwarmEnvRunner"):
-        SwarmVectorEnv(exchanges, 2)
-    SwarmVectorEnv(exchanges, 1)
+        SwarmVectorEnv({"learn": "weighting", "step_on": "exchange", **small}, 2)
+    with pytest.raises(ConfigError, match="epuck_0 of world 0 has none; every agent needs one"):
+        SwarmVectorEnv(small, 2).step([{}, {}])
 
 
 @pytest.mark.parametrize(
