@@ -7,22 +7,24 @@ Its plain JSON is read, and its weights by torch's loader of weights. Nothing is
 import io
 import json
 import re
+from base64 import b64decode
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from importlib import import_module
-from itertools import pairwise, product
+from itertools import islice, pairwise, product
 from pathlib import Path
+from pickletools import genops
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from gymnasium.spaces import Discrete
-from pydantic import BaseModel, Field, JsonValue, ValidationError, field_validator
+from gymnasium.spaces import Box, Discrete
+from pydantic import BaseModel, BeforeValidator, Field, JsonValue, ValidationError, field_validator
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.parameters import Count, Parameters
 from training.foreign_file import (
     LARGEST,
@@ -72,6 +74,32 @@ class Space(BaseModel, frozen=True):
         return "x".join(map(str, self.shape or ["no"]))
 
 
+Bounds = Annotated[tuple[float, ...], BeforeValidator(lambda text: str(text).strip("[]").split())]
+
+
+class ActionSpace(Space, frozen=True):
+    """A space of actions; NumPy has written its bounds."""
+
+    low: Bounds = ()
+    high: Bounds = ()
+
+
+class Pickled(BaseModel, frozen=True):
+    """An array, which the JSON holds as a pickle."""
+
+    content: str = Field("", alias=":serialized:")
+
+    @property
+    def numbers(self) -> Array:
+        """Its numbers of single precision, row by row, without unpickling; none in another form."""
+        with suppress(ValueError):
+            told = [each for _, each, _ in islice(genops(b64decode(self.content)), 60)]
+            if "f4" in told and "C" in told:
+                content = next((each for each in told if isinstance(each, bytes | bytearray)), b"")
+                return np.frombuffer(content, np.float32)
+        return np.zeros(0, np.float32)
+
+
 class PolicyClass(BaseModel, frozen=True):
     """A class, as the JSON describes it beside its pickle."""
 
@@ -85,7 +113,8 @@ class SavedModel(BaseModel, frozen=True):
     policy_class: PolicyClass
     policy_kwargs: Annotated[dict[str, JsonValue], Field(max_length=50)]
     observation_space: Space = Space()
-    action_space: Space = Space()
+    action_space: ActionSpace = ActionSpace()
+    last_observed: Pickled | None = Field(None, alias="_last_obs")
     use_sde: bool = False
 
 
@@ -297,6 +326,7 @@ class SB3Policy(PolicyFile):
         """The model's policy, with its weights."""
         saved, data, content = read_zip(self.path)
         _check_spaces(self.file, saved, form)
+        _check_unchanged(self.file, saved, form)
         chosen = self._trusted(data) if self.trust else self._plain(saved, form, len(content))
         policy, keywords = chosen
         if saved.use_sde:
@@ -415,6 +445,33 @@ def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
         f"policy {file}: maps {trained[0]} numbers to {trained[1]}; under these keywords"
         f" (learn={form.config.learn}) there are {here[0]}, and {here[1]}. {remedy}"
     )
+
+
+def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
+    """ConfigError if its actions have other bounds, or if in training it observed what is none.
+
+    A number is looked at where it is of the layer; in SI units only its sign is the same anywhere.
+    """
+    given, taken, other = saved.action_space, form.action_space, ""
+    if isinstance(taken, Box):
+        bounds = [tuple(float(str(end)) for end in ends) for ends in (taken.low, taken.high)]
+        if [given.low, given.high] != bounds:
+            other = f"gives actions from {shown(given.low)} to {shown(given.high)}; here they are"
+            other += f" from {shown(bounds[0])} to {shown(bounds[1])}"
+    layout, size = form.observer.layout, 1.0 if form.config.normalise else np.inf
+    n = min((first for first, _ in form.observer.spans), default=len(layout))
+    low = np.array([0.0 if each.low >= 0.0 else -size for each in layout[:n]])
+    seen = saved.last_observed.numbers if saved.last_observed else np.zeros(0, np.float32)
+    rows = seen[: len(seen) // len(layout) * len(layout)].reshape(-1, len(layout))[:, :n]
+    for row, k in np.argwhere((rows < low) | (rows > size))[:1]:
+        other = f"observed {layout[k].name}={rows[row, k]:.3g} in training; here it is"
+        other += f" from {low[k]:g} to {size:g}"
+    if other:
+        raise ConfigError(
+            f"policy {file}: {other}. A wrapper such as RescaleAction or VecNormalize is not in the"
+            " zip: train without it, VecNormalize with norm_obs=False; or say what it was trained"
+            f" with, as in sb3:{file},normalise=false"
+        )
 
 
 def _sizes(form: PolicyForm) -> tuple[str, str]:
