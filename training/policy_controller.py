@@ -73,7 +73,7 @@ class PolicyController(LayeredController):
             changed = self._with_policy({"file": file})
             card = changed.policy.card()
             if card is not None:
-                _check_named(changed.policy, card, own)
+                _check_named(self.name, changed.policy, card, own)
                 keywords = card.keywords.model_dump()
                 changed = changed._with_policy({**changed.policy.model_dump(), **keywords})
                 beside = beside or changed._written_on(card)
@@ -252,13 +252,15 @@ def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
 
 
-def _check_named(policy: ForeignPolicy, card: PolicyCard, own: Mapping[str, object]) -> None:
+def _check_named(
+    name: str, policy: ForeignPolicy, card: PolicyCard, own: Mapping[str, object]
+) -> None:
     """ConfigError if a card alone names a class to observe by: a card runs no code."""
     observation = card.keywords.observation
     if ":" in observation and not {"observation", "policy.observation"} & own.keys():
         raise ConfigError(
             f"policy {policy.source}: observes by a class of its trainer's; where you trust its"
-            f" module, name it: {policy.source},observation={observation}"
+            f" module, name it: {name}:{policy.source},observation={observation}"
         )
 
 

@@ -15,7 +15,6 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
-from gymnasium.wrappers import RescaleAction
 from sb3_contrib import RecurrentPPO
 from stable_baselines3 import PPO, SAC, TD3
 from stable_baselines3.common.vec_env import VecNormalize
@@ -434,13 +433,11 @@ def test_a_model_knows_the_keywords_of_its_training_whatever_it_was_trained_thro
 
 @pytest.mark.parametrize(
     ("make", "told"),
-    [
-        (lambda: RescaleAction(in_gymnasium(), 0, 1), r"gives actions from \(0.0, 0.0\) to \(1"),
-        (lambda: VecNormalize(env_of()), r"observed situation.*=-0.* in training; .* from 0 to 1"),
-        (lambda: VecNormalize(env_of(normalise=False)), "in training; here it is from 0 to inf"),
-        (lambda: VecNormalize(env_of(), norm_obs=False), None),
-    ],
-)
+    [(lambda: gym.wrappers.RescaleAction(in_gymnasium(), 0, 1), r"gives actions from \(0.0, 0"),
+     (lambda: VecNormalize(env_of()), r"observed situation.*=-0.* in training; .* from 0 to 1"),
+     (lambda: VecNormalize(env_of(normalise=False)), "in training; here it is from 0 to inf"),
+     (lambda: VecNormalize(env_of(), norm_obs=False), None)],
+)  # fmt: skip
 @pytest.mark.parametrize("algorithm", [functools.partial(PPO, n_steps=8, batch_size=8), SAC])
 def test_what_a_wrapper_changed_is_refused_where_the_zip_shows_it(make, told, algorithm, tmp_path):
     algorithm("MlpPolicy", make(), seed=0, device="cpu").learn(8).save(tmp_path / "m.zip")
