@@ -19,6 +19,7 @@ from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.keywords import Learn, PolicyOptions
+from swarm_forage_env.envs.make import WITH_ARGUMENTS, observation_name
 from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -255,12 +256,22 @@ def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:
 def _check_named(
     name: str, policy: ForeignPolicy, card: PolicyCard, own: Mapping[str, object]
 ) -> None:
-    """ConfigError if a card alone names a class to observe by: a card runs no code."""
-    observation = card.keywords.observation
-    if ":" in observation and not {"observation", "policy.observation"} & own.keys():
+    """ConfigError if a card alone names a class to observe by, as it runs no code; or if no name
+    makes what observed in training."""
+    trained = card.keywords.observation
+    named = own.get("observation", own.get("policy.observation"))
+    for each in trained.split("+"):
+        kind = each.removesuffix(WITH_ARGUMENTS)
+        if kind != each and (named is None or kind in observation_name(named).split("+")):
+            raise ConfigError(
+                f"policy {policy.source}: observed by {each} in training, which {kind}() is not;"
+                " write a subclass that needs no arguments, and where you trust its module name"
+                f" it, as in {name}:{policy.source},observation=layer+module:Class"
+            )
+    if ":" in trained and named is None:
         raise ConfigError(
             f"policy {policy.source}: observes by a class of its trainer's; where you trust its"
-            f" module, name it: {name}:{policy.source},observation={observation}"
+            f" module, name it: {name}:{policy.source},observation={trained}"
         )
 
 

@@ -148,11 +148,14 @@ def _check_exchanges(config: EnvConfig) -> None:
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds how the environment was made."""
 
+WITH_ARGUMENTS = "(...)"
+"""What follows the class of an observation that was given as an instance of its own state."""
+
 
 def made_with(parts: EnvParts, form: PolicyForm) -> str:
     """Scenario, controller, keywords of the policy and what it observes, as JSON."""
     keywords = {name: getattr(parts.config, name) for name in PolicyKeywords.model_fields}
-    keywords["observation"] = "+".join(_names(parts.config.observation))
+    keywords["observation"] = observation_name(parts.config.observation)
     told = {
         "format": 2,
         "scenario": parts.scenario.name,
@@ -168,14 +171,24 @@ def put_on(space: Box, text: str) -> None:
     setattr(space, ON_SPACE, text)
 
 
-def _names(observation: object) -> list[str]:
+def observation_name(observation: object) -> str:
+    """What is observed, as in the name of a policy: `layer+module:Class`."""
     listed = observation if isinstance(observation, list | tuple) else [observation]
-    return [each if isinstance(each, str) else _path(each) for each in listed]
+    return "+".join(each if isinstance(each, str) else _path(each) for each in listed)
 
 
 def _path(observation: object) -> str:
     kind = observation if isinstance(observation, type) else type(observation)
-    return f"{kind.__module__}:{kind.__qualname__}"
+    mark = "" if kind is observation or _is_as_made(observation) else WITH_ARGUMENTS
+    return f"{kind.__module__}:{kind.__qualname__}{mark}"
+
+
+def _is_as_made(observation: object) -> bool:
+    """Its class makes the same without arguments."""
+    try:
+        return bool(type(observation)().__getstate__() == observation.__getstate__())
+    except Exception:  # it needs arguments, or holds what cannot be compared
+        return False
 
 
 def name_and_changes(controller: Controller) -> str:

@@ -103,6 +103,17 @@ def test_a_card_cannot_choose_a_class_to_observe_by(tmp_path, observation):
     find_controller(str(refusal.value).partition("name it: ")[2]).check_usable(find_scenario("es1"))
 
 
+@pytest.mark.parametrize("size", [0.5, np.zeros(2)])
+def test_an_observation_of_a_state_of_its_own_is_not_what_its_class_makes(tmp_path, size):
+    own = Own()
+    own.size = size
+    save_policy_card(tmp_path / "m.pt", "es1", observation=["layer", own])
+    (tmp_path / "m.pt").write_bytes(b"")
+    for given in ("", f",observation=layer+{__name__}:Own"):
+        with pytest.raises(ConfigError, match=rf":Own\(...\) in training, which {__name__}:Own"):
+            find_controller(f"torchscript:{tmp_path / 'm.pt'}{given}")
+
+
 KINDS = {"sb3": "m.zip", "torchscript": "m.pt", "onnx": "m.onnx"}
 
 
