@@ -107,7 +107,8 @@ class ActionForm:
         if self._steering is None:
             return np.zeros((1, 0), np.float32)
         if grid is None:
-            return np.array(self._steering.choices, np.float32)
+            alone = [(0.0, 0.0)] if self.motion == CORRECT else []  # no correction
+            return np.array([*self._steering.choices, *alone], np.float32)
         levels = [np.linspace(-1.0, 1.0, n, dtype=np.float32) for n in grid]
         return np.array(list(product(*levels)), np.float32)
 

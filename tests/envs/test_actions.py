@@ -24,6 +24,7 @@ def test_the_usual_action_is_a_drive_and_wheels_are_wheels():
     assert_allclose(wheels_after([0.0, 0.0], action="drive-v1"), [0.5, 0.5])
     assert_allclose(wheels_after([-1.0, 1.0], sharpest_turn=0.5), [-0.5, 0.5])
     assert_allclose(wheels_after([-1.0, 0.25], action="wheels"), [-1.0, 0.25])
+    assert_allclose(wheels_after(5, residual=True, discrete=True), wheels_after([0, 0], residual=1))
 
 
 @pytest.mark.parametrize(
