@@ -1,10 +1,11 @@
 """Options of an environment: learned layer, action, observation, reward, episode length."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from numbers import Integral
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationError, field_validator
 
 from swarm_forage_env import parameters
 from swarm_forage_env.errors import ConfigError, shown
@@ -72,6 +73,17 @@ class PolicyKeywords(Parameters):
         description="Time for which an action is held, its rewards added up [ticks]; None: 10 for"
         " `motion`, 5 for `everything`, else 1",
     )
+
+    @field_validator("discrete", mode="wrap")
+    @classmethod
+    def _as_choices(cls, discrete: object, check: Callable[[object], object]) -> object:
+        try:
+            return check(discrete)
+        except ValidationError:
+            raise ConfigError(
+                f"discrete={shown(discrete)}: must be True, False, or (n, m) for n speeds times m"
+                " turns, in the name of a policy nxm"
+            ) from None
 
     @field_validator("residual", mode="before")
     @classmethod
@@ -172,9 +184,9 @@ def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
     """
     if learners is None:
         return list(range(len(agents)))
-    if isinstance(learners, int) and not isinstance(learners, bool):
-        if 1 <= learners <= len(agents):
-            return list(range(learners))
+    if type(learners) is not bool and isinstance(learners, Integral):
+        if 1 <= int(learners) <= len(agents):
+            return list(range(int(learners)))
         raise ConfigError(f"learners={shown(learners)}: must be from 1 to the {len(agents)} robots")
     named = [learners] if isinstance(learners, str) else learners
     if not isinstance(named, Sequence) or not named:
@@ -183,8 +195,8 @@ def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
 
 
 def _number_of(robot: object, agents: Sequence[str]) -> int:
-    if isinstance(robot, int) and not isinstance(robot, bool) and 0 <= robot < len(agents):
-        return robot
+    if type(robot) is not bool and isinstance(robot, Integral) and 0 <= int(robot) < len(agents):
+        return int(robot)
     if isinstance(robot, str) and robot in agents:
         return agents.index(robot)
     raise ConfigError(

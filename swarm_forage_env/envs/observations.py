@@ -29,11 +29,12 @@ from swarm_forage_env.envs.extra_observations import (
     RowObservation,
     previous_action,
 )
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.random_streams import hash_of
+from swarm_forage_env.registry import left_out
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.ticks import BEGINS, STANDS, Modes
 from swarm_forage_env.worlds_on_cpu import PlacedArray, WorldsOnCpu
@@ -64,6 +65,9 @@ def added(observation: object, policy: PolicyInterface) -> tuple[bool, list[Addi
             additions.append(_own(each))
         elif each == PREVIOUS:
             additions.append(previous_action(policy.action))
+        elif each != LAYER and each not in OBSERVATIONS:
+            known = LAYER, PREVIOUS, *OBSERVATIONS
+            raise UnknownNameError("observation", each, known, left_out())
         elif each != LAYER:
             additions.append(OBSERVATIONS[each])
     return LAYER in [each for each in wanted if isinstance(each, str)], additions

@@ -75,8 +75,8 @@ def test_a_robot_says_nothing_or_one_of_four_words():
     [
         ({"action": "wheel"}, UnknownNameError, "no form of action named 'wheel', did you mean"),
         ({"action": "drive", "residual": True}, ConfigError, "take action='wheels'"),
-        ({"discrete": (0, 3)}, ConfigError, "discrete"),
-        ({"discrete": 3}, ConfigError, "discrete"),
+        ({"discrete": (0, 3)}, ConfigError, r"^discrete=\(0, 3\): must be True, False, or"),
+        ({"discrete": 3}, ConfigError, r"^discrete=3: must be True, False, or \(n, m\) for"),
         ({"sharpest_turn": 1.5}, ConfigError, r"sharpest_turn=1\.5"),
     ],
 )

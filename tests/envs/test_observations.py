@@ -193,7 +193,7 @@ class Endless(Compass):
 @pytest.mark.parametrize(
     ("observation", "error", "says"),
     [
-        ("layers", UnknownNameError, "no observation named 'layers'"),
+        ("layers", UnknownNameError, "no observation named 'layers', did you mean 'layer'"),
         ([], ConfigError, r"observation=\[\]"),
         (7, ConfigError, "observation=7: must be 'layer'"),
         ([Compass, Compass], ConfigError, "twice: .'compass'."),
