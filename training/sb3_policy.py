@@ -455,11 +455,11 @@ def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
     given, taken, other = saved.action_space, form.action_space, ""
     if isinstance(taken, Box):
         bounds = [tuple(float(str(end)) for end in ends) for ends in (taken.low, taken.high)]
-        if [given.low, given.high] != bounds:
+        if given.low and [given.low, given.high] != bounds:
             other = f"gives actions from {shown(given.low)} to {shown(given.high)}; here they are"
             other += f" from {shown(bounds[0])} to {shown(bounds[1])}"
     layout, size = form.observer.layout, 1.0 if form.config.normalise else np.inf
-    n = min((first for first, _ in form.observer.spans), default=len(layout))
+    n = min((first for first, _ in form.observer.features), default=len(layout))
     low = np.array([0.0 if each.low >= 0.0 else -size for each in layout[:n]])
     seen = saved.last_observed.numbers if saved.last_observed else np.zeros(0, np.float32)
     rows = seen[: len(seen) // len(layout) * len(layout)].reshape(-1, len(layout))[:, :n]
