@@ -10,7 +10,7 @@ from types import FunctionType
 from typing import Any, Generic, TypeVar
 
 from swarm_forage_env.errors import RenamedWarning, UnknownNameError
-from swarm_forage_env.extras import other_package, remedy
+from swarm_forage_env.extras import COMMON_NAMES, other_package, remedy
 
 PartT = TypeVar("PartT")
 
@@ -127,6 +127,13 @@ POLICIES: Registry[Any] = Registry("kind of policy")
 REFERENCES: Registry[Any] = Registry("reference")
 """Controllers that know the ground truth: for comparison only, never beside a learner."""
 
+TASK_MODULES = (
+    "swarm_forage_env.foraging.task",
+    "swarm_forage_env.waypoints.task",
+    "swarm_forage_env.aggregation",
+)
+"""The modules of the built-in tasks."""
+
 SCENARIOS: Registry[Any] = Registry(
     "scenario",
     (
@@ -146,14 +153,18 @@ def load_plugins() -> None:
     """Import every module listed under the entry-point group; a second call does nothing new.
 
     One that cannot be imported leaves the others as they are; `left_out` tells which, and why.
+    Ours come first: of two parts of one name the other package's is the one left out.
     """
-    for point in entry_points(group=PLUGIN_GROUP):
+    for built_in in (*SCENARIOS._modules, *TASK_MODULES):
+        importlib.import_module(built_in)
+    points = entry_points(group=PLUGIN_GROUP)
+    for point in sorted(points, key=lambda each: each.module.split(".")[0] not in COMMON_NAMES):
         if point in _left_out:
             continue
         try:
             point.load()
-        except ImportError as error:
-            _left_out[point] = _reason(error)
+        except (Exception, SystemExit) as error:  # the code of others raises anything
+            _left_out[point] = " ".join(_reason(error).split())
 
 
 def left_out() -> str:
@@ -162,7 +173,9 @@ def left_out() -> str:
     return f"left out: plug-in {', '.join(told)}" if _left_out else ""
 
 
-def _reason(error: ImportError) -> str:
+def _reason(error: BaseException) -> str:
+    if not isinstance(error, ImportError):
+        return f"{type(error).__name__}: {error}".removesuffix(": ")
     if namesake := other_package(error.name):
         return namesake
     if not isinstance(error, ModuleNotFoundError) or error.name is None:

@@ -26,7 +26,7 @@ from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.record import Record, Rows, rows
-from swarm_forage_env.registry import Registry
+from swarm_forage_env.registry import TASK_MODULES, Registry
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.ticks import Modes, Trouble
 
@@ -369,14 +369,7 @@ class Task:
         return [f"{self.agent}_{robot}" for robot in range(n_robots)]
 
 
-TASKS: Registry[Task] = Registry(
-    "task",
-    (
-        "swarm_forage_env.foraging.task",
-        "swarm_forage_env.waypoints.task",
-        "swarm_forage_env.aggregation",
-    ),
-)
+TASKS: Registry[Task] = Registry("task", TASK_MODULES)
 """Tasks by name; the built-in ones are imported at the first use of one."""
 
 

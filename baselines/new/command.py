@@ -86,10 +86,17 @@ def package_files(kind: Kind, name: str) -> dict[str, str]:
 
 
 def _check_name(name: str) -> None:
-    """ConfigError for a name that no module can have, or that another module has."""
+    """ConfigError for a name that no module can have, or that a module or part has."""
+    from baselines.weighting import WEIGHTING_RULES
+    from swarm_forage_env.registry import SCENARIOS
+    from swarm_forage_env.task import TASKS
+
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or keyword.iskeyword(name):
         raise ConfigError(
             f"name '{name}': must be small letters, digits and single underscores, as my_rule"
         )
     if find_spec(name) is not None:
         raise ConfigError(f"name '{name}': Python has a module of that name; take another one")
+    for registry in (TASKS, SCENARIOS, WEIGHTING_RULES):
+        if name in registry:
+            raise ConfigError(f"name '{name}': a {registry.kind} has that name; take another one")

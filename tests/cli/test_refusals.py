@@ -77,6 +77,8 @@ REFUSED = [
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),
+    (("new", "weighting", "sgikf"), "name 'sgikf': a weighting rule has that name; take another"),
+    (("new", "task", "foraging"), "name 'foraging': a task has that name; take another one"),
     (("benchmark", "ladder", "--rung=nea"), "no rung named 'nea'"),
     (("benchmark", "ladder", "--seeds=0", "--page=ladder.txt"), "must end in .md"),
 ]

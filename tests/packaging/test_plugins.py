@@ -15,11 +15,11 @@ NEEDS = "import nosuch", "(broken_swarm): 'nosuch' is missing"
 
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
-    """Enter a plug-in of these lines, after those that are installed."""
+    """Enter a plug-in of these lines, before those that are installed."""
 
     def enter(lines):
         (tmp_path / "broken_swarm.py").write_text(lines + "\n")
-        points = [*entry_points(group=PLUGIN_GROUP), EntryPoint("broken", "broken_swarm", "any")]
+        points = [EntryPoint("broken", "broken_swarm", "any"), *entry_points(group=PLUGIN_GROUP)]
         monkeypatch.setattr(registry, "entry_points", lambda group: points)
 
     monkeypatch.setattr(registry, "_left_out", {})
@@ -38,6 +38,13 @@ def plugin(tmp_path, monkeypatch):
         (
             "import safetensors.torch",
             "'safetensors.torch' is missing, pip install 'swarm-forage[train]'",
+        ),
+        ("1 / 0", "(broken_swarm): ZeroDivisionError: division by zero"),
+        ("raise SystemExit", "(broken_swarm): SystemExit"),
+        ("def", "(broken_swarm): SyntaxError: invalid syntax (broken_swarm.py, line 1)"),
+        (
+            "from baselines.weighting import WEIGHTING_RULES as w\nw.register('sgikf')(int)",
+            "(broken_swarm): ValueError: two weighting rules are named 'sgikf'",
         ),
     ],
 )
@@ -60,6 +67,14 @@ def test_the_others_are_as_they_were(plugin):
     parallel_env("es1").reset(seed=0)
 
 
+def test_it_comes_after_ours(plugin, monkeypatch):
+    order = []
+    monkeypatch.setattr(EntryPoint, "load", lambda point: order.append(point.value))
+    plugin("")
+    list(CONTROLLERS)
+    assert order.index("broken_swarm") > order.index("training.controllers")
+
+
 def test_it_is_not_tried_again(plugin, monkeypatch):
     tried = []
     monkeypatch.setattr(sys, "tried", tried, raising=False)
@@ -67,9 +82,3 @@ def test_it_is_not_tried_again(plugin, monkeypatch):
     for _ in range(3):
         list(CONTROLLERS)
     assert tried == [1]
-
-
-def test_what_else_goes_wrong_in_it_is_not_passed_over(plugin):
-    plugin("1 / 0")
-    with pytest.raises(ZeroDivisionError):
-        list(CONTROLLERS)
