@@ -21,6 +21,7 @@ from baselines.evaluation.console import error_message, interrupts_raised, old_n
 from baselines.export.command import export
 from baselines.new.command import new
 from baselines.papers.commands_reproduce import reproduce
+from swarm_forage_env.registry import left_out
 
 app = typer.Typer(
     name="swarm-forage",
@@ -134,6 +135,8 @@ def list_names(
     else:
         table = listing.detail_table(name) if name else listing.overview_tables()
         Console().print(table)
+    if told := left_out():
+        say(told)
 
 
 app.command(

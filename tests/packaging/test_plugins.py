@@ -59,6 +59,12 @@ def test_the_reason_is_told_where_one_of_its_names_is_asked_for(plugin, monkeypa
         assert "\n" not in str(refusal.value)
 
 
+def test_list_tells_what_is_left_out(plugin, command):
+    plugin(NEEDS[0])
+    told = "swarm-forage: left out: plug-in 'broken' (broken_swarm): 'nosuch' is missing\n"
+    assert command("list", "--format=json")[::2] == (0, told)
+
+
 def test_the_others_are_as_they_were(plugin):
     before = set(CONTROLLERS)
     plugin(NEEDS[0])
