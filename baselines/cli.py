@@ -120,13 +120,13 @@ def list_names(
     name: Annotated[
         str | None,
         Argument(
-            help="A scenario, a .toml file or a controller: shows all its numbers.",
+            help="A scenario, a .toml file, a controller or a layer: shows all its numbers.",
             autocompletion=any_name,
         ),
     ] = None,
     form: ListedFormat = "table",
 ) -> None:
-    """Show the scenarios, controllers and engines there are, or every number of one of them."""
+    """Show all scenarios, controllers, layers and engines, or every number of one of them."""
     from baselines.evaluation import listing
 
     if form == "json":

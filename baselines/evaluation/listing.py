@@ -1,4 +1,4 @@
-"""The command `list`: scenarios, controllers and engines, with every field, unit and origin."""
+"""The command `list`: scenarios, controllers, layers and engines, with every field and unit."""
 
 import inspect
 import re
@@ -10,11 +10,12 @@ from rich.console import Group, JustifyMethod
 from rich.table import Table
 from rich.text import Text
 
-from baselines.controller import LayeredController
+from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.scores import EPISODES, Score, score_of_controller, score_of_scenario
+from swarm_forage_env.controllers import parse_controller
 from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.parameters import BaseScenario, Parameters, leaves
+from swarm_forage_env.parameters import BaseScenario, Parameters, leaves, override
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import (
     CONTROLLERS,
@@ -28,7 +29,7 @@ from swarm_forage_env.registry import (
 from swarm_forage_env.scenarios import find_scenario
 
 PartT = TypeVar("PartT")
-Listed = BaseScenario | LayeredController
+Listed = BaseScenario | LayeredController | Parameters  # the last one is a layer
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
@@ -48,62 +49,68 @@ class Parameter:
 
 
 def overview() -> dict[str, list[dict[str, object]]]:
-    """All scenarios, controllers, references and engines, as nested dictionaries."""
+    """All scenarios, controllers, references, layers and engines, as nested dictionaries."""
     return {
         "scenarios": [describe(name) for name in SCENARIOS],
         "controllers": [describe(name) for name in CONTROLLERS],
         "references": [describe(name) for name in REFERENCES],
         "policies": [describe(name) for name in POLICIES],
+        "layers": [{"kind": layer, "names": [*names]} for layer, names in REGISTRIES.items()],
         "engines": [{"name": name, "about": ENGINES.about(name)} for name in ENGINES],
     }
 
 
 def describe(name: str) -> dict[str, object]:
-    """Describe a scenario (name or TOML file) or a controller, as nested dictionaries."""
+    """Describe a scenario (name or TOML file), controller or layer, as nested dictionaries."""
     listed = find(name)
     groups = {
         group: [asdict(each) for each in parameters]
         for group, _, parameters in grouped_parameters(listed)
     }
+    head: dict[str, object] = {"name": name, "kind": next(iter(groups))}
+    score = None
     if isinstance(listed, LayeredController):
-        head = {"name": name, "kind": "controller", "layers": listed.layer_names}
+        head |= {"kind": "controller", "layers": listed.layer_names}
         score = score_of_controller(name)
-    else:
+    elif isinstance(listed, BaseScenario):
         head, score = {"name": listed.name, "kind": "scenario"}, score_of_scenario(name)
     scored = score and asdict(score)
     return {**head, "score": scored, "about": _about(name), "parameters": groups}
 
 
 def find(name: str) -> Listed:
-    """Find a scenario (name or TOML file) or a controller (`ssgiff:beta=0.02`)."""
+    """Find a scenario (name or TOML file), a controller (`ssgiff:beta=0.02`) or a layer."""
     if name.endswith(".toml") or name in SCENARIOS:
         scenario: BaseScenario = find_scenario(name)
         return scenario
     bare = name.partition(":")[0]
-    if not any(bare in each for each in (CONTROLLERS, POLICIES, REFERENCES)):
-        known = [*SCENARIOS, *CONTROLLERS, *POLICIES, *REFERENCES]
-        raise UnknownNameError("scenario or controller", bare, known, left_out())
-    return find_layered_controller(name)
+    if any(bare in each for each in (CONTROLLERS, POLICIES, REFERENCES)):
+        return find_layered_controller(name)
+    for registry in REGISTRIES.values():
+        if bare in registry:
+            return override(registry[bare](), parse_controller(name)[1])
+    known = [*SCENARIOS, *CONTROLLERS, *POLICIES, *REFERENCES]
+    known += [each for registry in REGISTRIES.values() for each in registry]
+    raise UnknownNameError("scenario, controller or layer", bare, known, left_out())
 
 
 def _about(name: str) -> str:
     """What has this name, in words; empty for a file and for other numbers than the usual."""
-    registries = SCENARIOS, CONTROLLERS, REFERENCES, POLICIES
+    registries = SCENARIOS, CONTROLLERS, REFERENCES, POLICIES, *REGISTRIES.values()
     return next((each.about(name) for each in registries if name in set(each)), "")
 
 
 def units(listed: Listed) -> dict[str, str]:
-    """The unit of each field of a scenario or controller by dotted name; empty without one."""
+    """The unit of each field of what is listed by dotted name; empty without one."""
     groups = (parameters for _, _, parameters in grouped_parameters(listed))
     return {each.name: each.unit for parameters in groups for each in parameters}
 
 
 def grouped_parameters(listed: Listed) -> Iterator[tuple[str, str, list[Parameter]]]:
-    """Name, purpose and parameters of each part of a scenario or controller."""
-    if isinstance(listed, LayeredController):
-        for layer, part in listed.layers.items():
-            about = f"{listed.layer_names[layer]}: {_first_line(part)}"
-            yield layer, about, list(_parameters(part, f"{layer}.", None))
+    """Name, purpose and parameters of each part of a scenario or controller, or of a layer."""
+    if not isinstance(listed, BaseScenario):
+        for layer, (name, part) in _layers(listed).items():
+            yield layer, f"{name}: {_first_line(part)}", list(_parameters(part, f"{layer}.", None))
         return
     is_of_paper = listed.name in SCENARIOS and SCENARIOS[listed.name] == listed
     origins = ORIGINS.get(listed.name, {}) if is_of_paper else None  # of a paper's own values
@@ -111,6 +118,14 @@ def grouped_parameters(listed: Listed) -> Iterator[tuple[str, str, list[Paramete
     for name, part in _parts(listed):
         if parameters := list(_parameters(part, f"{name}.", origins)):
             yield name, _first_line(part), parameters
+
+
+def _layers(listed: LayeredController | Parameters) -> dict[str, tuple[str, Parameters]]:
+    """The layers of a controller, or the one layer, each with its name, by their kinds."""
+    if isinstance(listed, LayeredController):
+        return {layer: (listed.layer_names[layer], part) for layer, part in listed.layers.items()}
+    names = {layer: each.name_of(type(listed)) for layer, each in REGISTRIES.items()}
+    return {layer: (name, listed) for layer, name in names.items() if name}
 
 
 def _parts(whole: Parameters, prefix: str = "") -> Iterator[tuple[str, Parameters]]:
@@ -161,18 +176,22 @@ def overview_tables() -> Group:
         task, score = SCENARIOS[name].task, _score(score_of_scenario(name))
         about = SCENARIOS.about(name)
         scenarios.add_row(name, str(task.n_robots), f"{task.duration:g}", score, about)
+    layers = _table("layer", "joined to a controller, as social_odometry+sgikf+subsumption")
+    for layer, registry in REGISTRIES.items():
+        layers.add_row(layer, ", ".join(registry))
     return Group(
         scenarios, Text(SCENARIO_SCORES), Text(),
         _controllers("controller", CONTROLLERS), Text(CONTROLLER_SCORES), Text(),
         Text("References, which know the truth: to compare with, not to use"),
         _controllers("reference", REFERENCES), Text(),
         _named("engine", ENGINES), Text(), _named("policy", POLICIES, ":FILE"), Text(),
+        layers, Text(),
         Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
     )  # fmt: skip
 
 
 def detail_table(name: str) -> Group:
-    """Tables of every parameter of one scenario or controller."""
+    """Tables of every parameter of one scenario, controller or layer."""
     listed = find(name)
     parts: list[Table | Text] = []
     for group, about, parameters in grouped_parameters(listed):
@@ -216,6 +235,10 @@ def _way(name: str, listed: Listed) -> str:
     if isinstance(listed, LayeredController):
         bare = name.partition(":")[0]
         return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"
+    if not isinstance(listed, BaseScenario):
+        bare, (own,) = name.partition(":")[0], _layers(listed)
+        layers = (bare if each == own else each.upper() for each in REGISTRIES)
+        return f"{'+'.join(layers)}:name=value"
     numbers = leaves(listed.model_dump(exclude={"name"}))
     example = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
     return f"--set {example}={_shown(numbers[example])}"

@@ -132,7 +132,7 @@ def test_a_plot_inside_the_dataset_is_drawn_with_a_hint(command):
 def test_list_says_what_each_name_is_in_80_columns_and_breaks_no_name(command):
     _, stdout, _ = command("list", "es1", "--format=json")
     assert json.loads(stdout)["name"] == "es1"
-    kinds = {"scenarios", "controllers", "references", "engines", "policies"}
+    kinds = {"scenarios", "controllers", "references", "layers", "engines", "policies"}
     assert set(json.loads(command("list", "--format=json")[1])) == kinds
     _, stdout, _ = command("list")
     assert max(map(len, stdout.splitlines())) <= 80

@@ -56,7 +56,7 @@ REFUSED = [
     ((*EVALUATE, "--episode", "3"), "--episode"),
     (("evaluat", "es1", "nc"), "Did you mean 'evaluate'? See: swarm-forage --help"),
     (("reproduce", "ants2009"), "no paper named 'ants2009', did you mean 'ants2008'?"),
-    (("list", "es11"), "no scenario or controller named 'es11', did you mean 'es1'?"),
+    (("list", "es11"), "no scenario, controller or layer named 'es11', did you mean 'es1'?"),
     (("list", "--format", "csv"), "'table', 'json'"),
     (("bench", "--fast"), "--fast"),
     (("bench", "--device", "tpu"), "device='tpu': must be 'cpu' or 'cuda'"),

@@ -58,6 +58,15 @@ def test_a_controller_is_told_with_the_parameters_asked_for():
     }
 
 
+def test_a_layer_is_told_with_the_parameters_asked_for(command):
+    assert listing.describe("sgiff:beta=0.02")["kind"] == "weighting"
+    assert parameters("sgiff:beta=0.02")["weighting.beta"]["value"] == 0.02
+    _, stdout, _ = command("list", "sgikf")
+    assert stdout.startswith("weighting  sgikf: The gain of an induced Kalman filter")
+    assert stdout.endswith("ESTIMATOR+sgikf+MOTION:name=value\n")
+    assert "validation_gate" in command("list")[1]
+
+
 def test_scores_are_of_what_there_is_and_lie_in_their_intervals():
     assert set(scores.read_scores()) == set(scores.pairs())
     assert scores.score_of_scenario("es1") == scores.score_of_controller("ssgikf")
