@@ -2,10 +2,11 @@
 
 import tomllib
 from collections.abc import Mapping
+from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.parameters import BaseScenario, leaves, override
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
 from swarm_forage_env.task import task_of
@@ -48,7 +49,7 @@ def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
     """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
 
     Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for an
-    unknown name, ConfigError for a number that does not fit.
+    unknown name, ConfigError for a number that does not fit and for a wrong file.
 
     >>> find_scenario("es1", {"task.n_robots": 20}).task.n_robots
     20
@@ -65,7 +66,9 @@ def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
 
 
 def _named(name: str) -> BaseScenario:
-    """The scenario of a name; ConfigError for a controller in its place."""
+    """The scenario of a name; ConfigError for a controller or another file in its place."""
+    if name not in SCENARIOS and Path(name).suffix and isfile(name):
+        raise ConfigError(f"scenario file {name}: must be TOML, under a name that ends in .toml")
     if name not in SCENARIOS and name.partition(":")[0] in CONTROLLERS:
         raise ConfigError(
             f"no scenario named {name!r}: it is a controller, and the scenario comes first, as in"
@@ -98,7 +101,12 @@ def from_toml(file: Path) -> BaseScenario:
             " scenario whose numbers it takes where it names none"
         )
     base = changes.pop("base")
-    if not isinstance(base, str):
-        raise ConfigError(f"scenario file {file}: base={base!r}: must be a name of a scenario")
-    known: BaseScenario = SCENARIOS[base]
-    return override(known, {"name": file.stem, **changes}, "scenario parameter")
+    if not isinstance(base, str) or base.endswith(".toml"):
+        raise ConfigError(
+            f"scenario file {file}: base={base!r}: must be a name of a scenario, as es1; no file"
+        )
+    try:
+        known: BaseScenario = SCENARIOS[base]
+        return override(known, {"name": file.stem, **changes}, "scenario parameter")
+    except (ConfigError, UnknownNameError) as error:
+        raise ConfigError(f"scenario file {file}: {error}") from None

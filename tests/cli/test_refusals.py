@@ -24,6 +24,7 @@ REFUSED = [
     (("evaluate", "nc", "es1"), "'nc': it is a controller, and the scenario comes first"),
     (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; one is run"),
     (("evaluate", "missing.toml", "nc"), "scenario file missing.toml: No such file or directory"),
+    (("evaluate", "mine.yaml", "nc"), "scenario file mine.yaml: must be TOML, under a name that"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),
     (("evaluate", "es1", "ssgif"), "named 'ssgif', did you mean 'ssgiff' or 'ssgikf'?"),
     (("evaluate", "es1", "nc", "nc"), "controller 'nc' is named twice"),
@@ -113,7 +114,8 @@ REFUSED += [(("watch", "es1", "--set=task.duration=12", *words.split()), told)
     ("arguments", "told"), REFUSED, ids=[" ".join(each[0]) for each in REFUSED]
 )
 def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told):
-    (tmp_path / "taken").write_text("")
+    for name in ("taken", "mine.yaml"):
+        (tmp_path / name).write_text("")
     (tmp_path / "plain.toml").write_text("[task]\nn_robots = 12\n")
     status, stdout, stderr = command(*arguments)
     assert status == 2
@@ -123,7 +125,7 @@ def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told
     assert stderr.startswith("swarm-forage: ")
     assert "Errno" not in stderr
     assert stderr.count("missing.toml") <= 1
-    assert {each.name for each in tmp_path.iterdir()} == {"taken", "plain.toml"}
+    assert {each.name for each in tmp_path.iterdir()} == {"taken", "mine.yaml", "plain.toml"}
 
 
 @pytest.mark.parametrize(
