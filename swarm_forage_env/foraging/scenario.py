@@ -88,12 +88,17 @@ class Scenario(EpuckScenario):
 
 
 def _check_two_areas(task: Task, arena: Arena) -> None:
+    widest = 0.5 * min(arena.length, arena.width)
     farthest = arena.length - 2.0 * task.area_radius
-    if task.area_distance > farthest + ROUNDING or 2.0 * task.area_radius > arena.width:
+    broken = ""
+    if task.area_radius > widest:
+        broken = f"area_radius may be at most {widest:g}"
+    elif task.area_distance > farthest + ROUNDING:
+        broken = f"area_distance may be at most {farthest:g}"
+    if broken:
         raise ValueError(
             f"task.area_distance={task.area_distance}, task.area_radius={task.area_radius}: areas"
-            f" outside the arena of {arena.length} x {arena.width} m; area_distance may be at most"
-            f" {farthest:g}, area_radius at most {arena.width / 2:g} [m]"
+            f" outside the arena of {arena.length} x {arena.width} m; {broken} [m]"
         )
     nearest = 2.0 * (task.start_radius + task.area_radius)
     if task.area_distance < nearest - ROUNDING:
