@@ -42,6 +42,7 @@ def export(
     the controller commands and tells the same, bit for bit. --argos adds experiment.argos,
     floor.png and argos_controller.cpp.
     """
+    from baselines.evaluation.dataset import Dataset
     from baselines.evaluation.experiment_config import find_layered_controller, parse_settings
     from baselines.export.argos import write_argos
     from baselines.export.files import export as write
@@ -56,7 +57,8 @@ def export(
         raise ConfigError(
             f"--argos: ARGoS runs on a computer, not on {target}; add --target x86-64"
         )
-    weight = write(exported, target, folder)
+    Dataset(folder).open()  # refuses what cannot be written, as evaluate does
+    weight = write(exported, target, folder, argos)
     if argos:
         write_argos(exported, folder)
     typer.echo(

@@ -52,8 +52,19 @@ class Weight:
         return self.code + self.data
 
 
-def export(exported: ExportedRobot, target: str, folder: Path) -> Weight:
-    """Write the controller of one robot for a target; ConfigError if a chip has no room for it."""
+ARGOS_ROWS = """\
+| `argos_controller.cpp` | the controller in C++ for ARGoS 3, linked to the machine code |
+| `experiment.argos` | the experiment: arena, robots and noise |
+| `floor.png` | the floor of its arena |
+"""
+"""What the README says of the files for ARGoS."""
+
+
+def export(exported: ExportedRobot, target: str, folder: Path, argos: bool = False) -> Weight:
+    """Write the controller of one robot for a target; ConfigError if a chip has no room for it.
+
+    `argos`: the README names the files that `write_argos` adds.
+    """
     content = compiled_for(TARGETS[target], exported.llvm_text())
     records = exported.records
     data = {
@@ -71,6 +82,7 @@ def export(exported: ExportedRobot, target: str, folder: Path) -> Weight:
     seed, robot = exported.busiest(SEEDS, N_TICKS)
     vectors = exported.record_vectors(seed, robot, N_TICKS)
     words = {**_words(exported, target, weight), "seed": seed, "number": robot}
+    words["argos_rows"] = ARGOS_ROWS if argos else ""
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("controller.h", "example.c", "README.md"):
         text = (files("baselines.export") / "templates" / name).read_text("utf-8")

@@ -75,6 +75,7 @@ REFUSED = [
     (("evaluate", "es1", "learned-weighting:policy=gone.safetensors"), "cannot be read"),
     (("evaluate", "es1", "learned-weighting:policy=taken"), "no policy named 'taken'"),
     ((*EVALUATE, "learned-both", "--set=radio.slots=2"), "does not fit 'es1': obs"),
+    (("export", "nc", "--out=taken"), "--out taken: cannot be written (File exists); name"),
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),

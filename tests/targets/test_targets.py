@@ -188,6 +188,13 @@ def test_a_robot_alone_commands_what_it_does_in_the_swarm(controller, tmp_path):
     vectors["wheels"][500, 0] += 1e-3
     vectors.tofile(tmp_path / "vectors.bin")
     assert run("./run", cwd=tmp_path, check=False) == "999 of 1000 equal\n"
+    vectors[:3].tofile(tmp_path / "vectors.bin")
+    with pytest.raises(subprocess.CalledProcessError) as short:
+        run("./run", cwd=tmp_path)
+    told = "vectors.bin: holds 3 ticks of 1000; export the controller again\n"
+    assert short.value.stdout == f"{told}3 of 1000 equal\n"
+    (tmp_path / "vectors.bin").unlink()
+    assert "vectors.bin: cannot be read" in run("./run", cwd=tmp_path, check=False)
 
 
 def some(n, network):
@@ -279,6 +286,13 @@ def test_the_controller_for_argos_compiles_as_cplusplus(tmp_path):
         (tmp_path / header).write_text(ARGOS)
     flags = "-std=c++17", "-Wall", "-Werror", "-I.", "-fPIC", "-shared"
     run("g++", *flags, "argos_controller.cpp", "controller.o", "-o", "controller.so", cwd=tmp_path)
+
+
+def test_the_readme_names_every_other_file(command, tmp_path):
+    assert command("export", "nc", "--target=x86-64", "--argos", "--out=robot")[0] == 0
+    files = {each.name for each in (tmp_path / "robot").iterdir()} - {"README.md"}
+    readme = (tmp_path / "robot" / "README.md").read_text()
+    assert set(re.findall(r"^\| `(.+?)` \|", readme, re.MULTILINE)) == files
 
 
 def test_an_experiment_of_argos_has_the_arena_of_the_scenario(tmp_path):

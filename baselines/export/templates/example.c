@@ -16,7 +16,7 @@ typedef struct {
 
 _Static_assert(sizeof(vector_t) == VECTOR_SIZE, "vectors are laid out as C does");
 
-enum { NUMBER = $number, SEED = $seed };
+enum { NUMBER = $number, SEED = $seed, N_TICKS = $n_ticks };
 
 static controller_t controller;
 
@@ -32,12 +32,18 @@ int main(void) {
     vector_t vector;
     controller_command_t command;
     int n_ticks = 0, n_equal = 0;
-    if (!file || controller_init(&controller, NUMBER, SEED)) return 1;
+    if (!file) {
+        printf("vectors.bin: cannot be read; run the example in its folder\n");
+        return 1;
+    }
+    if (controller_init(&controller, NUMBER, SEED)) return 1;
     while (fread(&vector, sizeof vector, 1, file) == 1) {
         n_ticks++;
         if (controller_tick(&controller, &vector.readings, vector.received, vector.n, &command) == 0)
             n_equal += is_equal(&vector, &command);
     }
-    printf("%d of %d equal\n", n_equal, n_ticks);
-    return n_ticks == 0 || n_equal < n_ticks;
+    if (n_ticks != N_TICKS)
+        printf("vectors.bin: holds %d ticks of %d; export the controller again\n", n_ticks, N_TICKS);
+    printf("%d of %d equal\n", n_equal, N_TICKS);
+    return n_ticks != N_TICKS || n_equal < N_TICKS;
 }
