@@ -115,8 +115,8 @@ REFUSED += [(("watch", "es1", "--set=task.duration=12", *words.split()), told)
     ("arguments", "told"), REFUSED, ids=[" ".join(each[0]) for each in REFUSED]
 )
 def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told):
-    for name in ("taken", "mine.yaml"):
-        (tmp_path / name).write_text("")
+    (tmp_path / "taken").write_text("")
+    (tmp_path / "mine.yaml").write_text("")
     (tmp_path / "plain.toml").write_text("[task]\nn_robots = 12\n")
     status, stdout, stderr = command(*arguments)
     assert status == 2

@@ -59,7 +59,6 @@ def test_a_controller_is_told_with_the_parameters_asked_for():
 
 
 def test_a_layer_is_told_with_the_parameters_asked_for(command):
-    assert listing.describe("sgiff:beta=0.02")["kind"] == "weighting"
     assert parameters("sgiff:beta=0.02")["weighting.beta"]["value"] == 0.02
     _, stdout, _ = command("list", "sgikf")
     assert stdout.startswith("weighting  sgikf: The gain of an induced Kalman filter")

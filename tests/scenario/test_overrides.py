@@ -85,10 +85,7 @@ HUGE = {"length": 300.0, "width": 300.0, "start_radius": 100.0, "area_distance":
 @pytest.mark.parametrize(
     ("changes", "parts"),
     [
-        (
-            {"area_distance": 1.6},
-            ["=1.6", "outside the arena of 1.7 x 1.2 m; area_distance may be at most 1.5 [m]"],
-        ),
+        ({"area_distance": 1.6}, ["=1.6", "1.7 x 1.2 m; area_distance may be at most 1.5 [m]"]),
         ({"area_radius": 10}, ["area_radius=10", "1.2 m; area_radius may be at most 0.6 [m]"]),
         ({"area_distance": 0.5}, ["task.area_distance=0.5", "start circle", "at least 0.6"]),
         ({"start_radius": 0.45, "area_distance": 1.0}, ["start circle of radius 0.45", "1.1"]),
