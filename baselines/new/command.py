@@ -5,6 +5,7 @@ import re
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from shlex import quote
 from string import Template
 from typing import Annotated, Literal
 
@@ -61,7 +62,7 @@ def new(
         target.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(target, text.encode())
     typer.echo(f"wrote {folder}: {', '.join(package_files(kind, name))}")
-    typer.echo(f"test it: cd {folder} && python -m pytest")
+    typer.echo(f"test it: cd {quote(str(folder))} && python -m pytest")
 
 
 def package_files(kind: Kind, name: str) -> dict[str, str]:

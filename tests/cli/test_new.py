@@ -40,11 +40,11 @@ def test_a_package_runs_as_it_stands(command, tmp_path, monkeypatch, kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_its_readme_s_command_works_once_it_is_installed(command, tmp_path, monkeypatch, kind):
     monkeypatch.chdir(tmp_path)
-    command("new", kind, "own_part", "--out=here")
+    assert "cd 'my part' && python" in command("new", kind, "own_part", "--out=my part")[1]
     there = tmp_path / "installed"
     install = "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps"
-    ran(sys.executable, *install, f"--target={there}", "./here", cwd=tmp_path)
-    readme = (tmp_path / "here" / "README.md").read_text()
+    ran(sys.executable, *install, f"--target={there}", "./my part", cwd=tmp_path)
+    readme = (tmp_path / "my part" / "README.md").read_text()
     (line,) = (
         each for each in readme.splitlines() if "swarm-forage evaluate" in each or " -c " in each
     )
