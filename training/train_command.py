@@ -22,7 +22,7 @@ from baselines.evaluation.common_options import (
     find_backend,
     path,
 )
-from baselines.evaluation.console import progress_bar, say
+from baselines.evaluation.console import progress_bar, say, so_many
 from swarm_forage_env.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -288,9 +288,9 @@ def dataset(  # noqa: PLR0913 the options of a command
     missing = [store.missing_seeds(each, seeds) for each in recordings]
     n_missing = sum(map(len, missing))
     say(
-        f"{len(recordings) * episodes} episodes, {rows * episodes:,} transitions,"
-        f" {size * episodes / 1e9:.2f} GB before compression, to {store.name}; {n_missing} episodes"
-        " to play"
+        f"{so_many(len(recordings) * episodes, 'episode')}, {rows * episodes:,} transitions,"
+        f" {size * episodes / 1e9:.2f} GB before compression, to {store.name};"
+        f" {so_many(n_missing, 'episode')} to play"
     )
     with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=n_missing)

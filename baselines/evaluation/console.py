@@ -24,6 +24,15 @@ def say(line: str) -> None:
     sys.stderr.write(f"swarm-forage: {line}\n")
 
 
+def so_many(n: int, what: str) -> str:
+    """A number of things in words.
+
+    >>> so_many(1, "robot"), so_many(20, "episode")
+    ('1 robot', '20 episodes')
+    """
+    return f"{n} {what}" if n == 1 else f"{n} {what}s"
+
+
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:
     """Make the folder of an option's file; ConfigError unless the file can be written."""
     if file.suffix.lower() not in endings:

@@ -154,11 +154,13 @@ def _joined(parts: Sequence[EpisodeGroup]) -> EpisodeGroup:
     return replace(parts[0], episodes=episodes, asked=names.pop() if len(names) == 1 else "")
 
 
+OTHERS = ENDING, ".transitions.parquet"  # how names of other files than episodes' end
+
 TEXTS = ("settings", "overrides", "parameters")  # what tells configurations apart, as JSON text
 
 
 def _files(source: str) -> list[Path]:
-    """The files of episodes, without trajectories or what was set aside; ConfigError if none."""
+    """The files of episodes, with nothing else kept there or set aside; ConfigError if none."""
     if "://" in source:
         raise ConfigError(
             f"dataset {source}: must be a folder of this machine; copy its episodes into one,"
@@ -166,7 +168,7 @@ def _files(source: str) -> list[Path]:
         )
     folder = Path(source)
     found = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
-    if files := sorted(each for each in found if not each.name.endswith(ENDING)):
+    if files := sorted(each for each in found if not each.name.endswith(OTHERS)):
         return files
     reason = "holds no episodes" if folder.is_dir() else "no such folder"
     raise ConfigError(

@@ -27,6 +27,7 @@ def files(dataset):
 
 
 def test_groups_come_back_with_their_numbers_and_episodes_by_seed(kept, episode):
+    (kept.folder / "of_the_command_dataset.transitions.parquet").touch()
     groups = read_groups([str(kept.folder)])
     assert [group.label() for group in groups] == [
         "nc", "ssgiff:beta=0.001", "ssgiff", "ssgiff:beta=1",

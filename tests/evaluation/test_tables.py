@@ -52,6 +52,7 @@ def test_the_table_shows_means_with_intervals_and_the_comparison(episodes):
     for each in words:  # the last is p: 2 of 70 rankings
         assert each in text
     assert "sound" not in text
+    assert ": 1 robot, " in printed(report([replace(episodes("nc", [5])[0], n_robots=1)]))
 
 
 @pytest.mark.parametrize("trips", [[0, 0, 0], [5, 5, 5], [5]])

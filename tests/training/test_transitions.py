@@ -128,10 +128,11 @@ def test_a_run_goes_on_and_a_damaged_file_is_recorded_again(record, capsys):
         assert_array_equal(after[name], before[name])
 
 
-def test_what_cannot_be_read_as_one_is_refused(record, tmp_path):
+def test_what_cannot_be_read_as_one_is_refused(record, tmp_path, capsys):
     with pytest.raises(ConfigError, match="holds none; record some with"):
         read(tmp_path)
     folder = record("ssgikf", "--episodes=1")
+    assert "; 1 episode to play" in capsys.readouterr().err
     with pytest.raises(ConfigError, match="holds none of policy 'nc'"):
         read(folder, "nc")
     record("gather", "--episodes=1", scenario="aggregation")

@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from baselines.evaluation.console import so_many
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
 from training.ladder.rungs import DEFAULTS, RANDOM, Algorithm, Rung, Score, title_of
@@ -97,7 +98,7 @@ def _learned(row: Row) -> tuple[str, ...]:
         f"{row.normalised:.2f}",
         _with_interval(row.worst, None),
         _with_interval(row.by_chance.value, row.by_chance.interval),
-        _counted(row.seeds, "seed"),
+        so_many(row.seeds, "seed"),
         _millions(row.robot_steps),
         format_duration(row.train_s),
     )
@@ -200,14 +201,14 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     lines = [
         f"- {title_of(name)}: "
         + "; ".join(
-            f"`{rung.name}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)}"
+            f"`{rung.name}` {so_many(len(own), 'seed')} of {_millions(own[0].robot_steps)}"
             " robot-steps"
             for rung, own in by_rung(rungs, each)
         )
         for name, each in by_algorithm(runs).items()
     ]
     versions = ", ".join(f"{name} {number}" for name, number in runs[0].versions.items())
-    in_all = f"{_counted(len(runs), 'run')}, {format_duration(seconds)} of training in all"
+    in_all = f"{so_many(len(runs), 'run')}, {format_duration(seconds)} of training in all"
     head = f"{in_all}, with {versions}:"
     return "\n".join([head, "", *lines])
 
@@ -236,7 +237,3 @@ def _with_interval(value: float, ends: tuple[float, float] | None) -> str:
 
 def _millions(number: int) -> str:
     return f"{number / MILLION:g} M"
-
-
-def _counted(n: int, what: str) -> str:
-    return f"{n} {what}" if n == 1 else f"{n} {what}s"
