@@ -112,8 +112,7 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
     head, kind = first[0], kind_of_episode(first[0])
     title = (
         f"{', '.join((head.scenario, *changes))}: {so_many(head.n_robots, 'robot')},"
-        f" {head.duration_s:g} s,"
-        f" {head.physics} physics, seeds {head.seed} to {first[-1].seed}"
+        f" {head.duration_s:g} s, {head.physics} physics, seeds {head.seed} to {first[-1].seed}"
     )
     always = [metric for metric in kind.columns if metric not in kind.sometimes]
     others = (metric for metric in kind.columns if metric in kind.sometimes)
