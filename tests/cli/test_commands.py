@@ -64,10 +64,10 @@ def test_json_is_all_that_goes_to_stdout(command):
         ("nc", 5), ("nc", 6), ("ssgiff:beta=0.02", 5), ("ssgiff:beta=0.02", 6),
     ]  # fmt: skip
     assert {
-        "scenario", "controller", "seed", "round_trips", "recruitment_time_s", "on_path_share",
-        "lost_events", "messages", "localisation_error_m", "n_robots", "duration_s", "physics",
-        "wall_s", "sound_robots", "round_trips_sound", "on_path_share_sound", "lost_events_sound",
-        "localisation_error_sound_m",
+        "scenario", "overrides", "controller", "seed", "round_trips", "recruitment_time_s",
+        "on_path_share", "lost_events", "messages", "localisation_error_m", "n_robots",
+        "duration_s", "physics", "wall_s", "sound_robots", "round_trips_sound",
+        "on_path_share_sound", "lost_events_sound", "localisation_error_sound_m",
     } == set(episodes[0])  # fmt: skip
     assert episodes[0]["sound_robots"] is None, "nobody is faulty"
     assert len(stderr.splitlines()) == 2, "one line at the start and one at the end"
