@@ -79,7 +79,8 @@ def experiment():
 def broken_anywhere(tmp_path, monkeypatch):
     """Check that an experiment stopped at each of some checkpoints ends as an unbroken one.
 
-    The checkpoint is kept by a method of a class; the policy of the unbroken run is returned.
+    So does one that had ended, if its best policy is gone. The checkpoint is kept by a method of a
+    class; the policy of the unbroken run is returned.
     """
 
     def check(train, experiment, keeper, stops):
@@ -90,6 +91,8 @@ def broken_anywhere(tmp_path, monkeypatch):
             return policy, {name: (experiment.out / name).read_bytes() for name in FILES}
 
         policy, unbroken = finished(tmp_path / "unbroken")
+        (experiment.out / BEST_POLICY).unlink()
+        assert finished(tmp_path / "unbroken")[1] == unbroken
         for stop_at in stops:
             folder = tmp_path / f"stopped-{stop_at}"
             folder.mkdir()

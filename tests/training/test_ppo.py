@@ -77,27 +77,8 @@ def test_a_policy_begins_with_the_deviation_of_its_layer(motion, monkeypatch):
     assert_array_equal(weights(experiment.out)["log_std"], np.full(2, -0.5, np.float32))
 
 
-def test_a_finished_run_writes_its_best_again(motion):
-    experiment = motion()
-    ppo.train(experiment, str)
-    first = weights(experiment.out, BEST_POLICY)
-    (experiment.out / BEST_POLICY).unlink()
-    ppo.train(experiment, str)
-    np.testing.assert_equal(weights(experiment.out, BEST_POLICY), first)
-
-
-def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
-    whole = motion(out=tmp_path / "whole")
-    ppo.train(whole, str)
-    stopped = motion(out=tmp_path / "stopped")
-    with ProgressLogger(stopped.out, "robot step", str) as progress:
-        training = ppo.PPOTraining(stopped)
-        training.evaluate()
-        training.advance(progress)
-        training.evaluate()
-        training.advance(progress)  # lost, as nothing was kept after it
-    ppo.train(stopped, str)
-    np.testing.assert_equal(weights(stopped.out), weights(whole.out))
+def test_a_stopped_run_ends_where_it_would_have_ended(motion, broken_anywhere):
+    broken_anywhere(ppo.train, motion(), (ppo.PPOTraining, "_save"), [3])
 
 
 def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
