@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 import baselines.controllers  # noqa: F401 enters the controllers
+from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from tests.outside import SGIKFInNumPy
+from tests.outside import OutsideMotionPart, SGIKFInNumPy
 
 ENGINES = ("rigid", "kinematic")
 TICKS = 600
@@ -34,13 +36,22 @@ class Constant:
         return np.tile(np.array(self.wheels, np.float32), (len(situation.goal), 1))
 
 
+COMPILED = CONTROLLERS["dsgikf"]
+WEIGHS_IN_NUMPY = replace(COMPILED, weighting=SGIKFInNumPy())
+MOVES = {"motion": OutsideMotionPart(SubsumptionParameters())}
+EACH_WAY = COMPILED, replace(COMPILED, **MOVES), WEIGHS_IN_NUMPY, replace(WEIGHS_IN_NUMPY, **MOVES)
+
+
 @pytest.mark.parametrize("physics", ENGINES)
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(busy, physics, threads):
-    compiled = CONTROLLERS["dsgikf"]
-    rule = replace(compiled, weighting=SGIKFInNumPy())
+@pytest.mark.parametrize(
+    "rules",
+    [WEIGHS_IN_NUMPY, MixedController(tuple(EACH_WAY[robot % 4] for robot in range(10)))],
+    ids=["all", "some"],
+)
+def test_rules_in_numpy_are_the_compiled_ones_bit_for_bit(busy, physics, threads, rules):
     one, other = (
-        Loop(busy, controller, [0, 1, 2], physics, threads) for controller in (compiled, rule)
+        Loop(busy, controller, [0, 1, 2], physics, threads) for controller in (COMPILED, rules)
     )
     one.run(TICKS)
     other.run(TICKS)

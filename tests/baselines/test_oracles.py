@@ -78,17 +78,6 @@ def test_no_environment_takes_a_reference_by_name_or_as_an_object(name, learn):
             parallel_env("es1", learn=learn, controller=controller)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_world_in_a_block_is_the_world_alone_also_after_a_reset(name):
-    alone, block = start(name, [5]), start(name, [7, 8])
-    block.run(20)
-    block.reset([3, 5])
-    for loop in (alone, block):
-        loop.run(80)
-    assert_array_equal(alone.world.state.pose, block.world.state.pose[10:])
-    assert_array_equal(beliefs(alone).location, beliefs(block).location[10:])
-
-
 PLACES = np.array([[0.3, 0.1], [0.5, -0.3]])
 
 

@@ -18,7 +18,6 @@ from tests.outside import OutsideMotionPart, SGIKFInNumPy
 from tests.worlds import check_each_is_itself
 
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
-TICKS = 500
 N = 10
 OUTSIDE = OutsideMotionPart(SubsumptionParameters())
 
@@ -36,12 +35,6 @@ def busy(**numbers):
     return find_scenario("es1", BUSY | numbers)
 
 
-def run(controller, seeds=(4,), ticks=TICKS, physics="kinematic", threads=1):
-    loop = Loop(busy(), controller, list(seeds), physics, threads)
-    loop.run(ticks)
-    return loop
-
-
 def companies():
     """Swarms of several kinds of difference."""
     dsgiff = named("dsgiff")
@@ -56,22 +49,6 @@ def companies():
         "estimators": mixed(dsgiff, named("sikf"), named("subsumption"), named("boids-adaptive")),
         "a policy": mixed(FORAGING.raw_control, dsgiff, named("sikf")),
     }
-
-
-def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swarm():
-    compiled = named("dsgikf")
-    swarm = mixed(
-        compiled,
-        replace(compiled, motion=OUTSIDE),
-        replace(compiled, weighting=SGIKFInNumPy()),
-        replace(compiled, motion=OUTSIDE, weighting=SGIKFInNumPy()),
-    )
-    one, other = run(compiled, [4, 5]), run(swarm, [4, 5])
-    assert one.world.robots["messages"].sum() > 0
-    np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
-    mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
-    for name in ("belief", "message", "situation"):
-        np.testing.assert_array_equal(mine[name], theirs[name], err_msg=name)
 
 
 @pytest.mark.parametrize("swarm", companies().values(), ids=companies())

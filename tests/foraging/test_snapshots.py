@@ -72,7 +72,7 @@ CONTROLLED = {
     "a motion in NumPy that remembers and draws": LayeredController(
         "numpy", CONTROLLER.estimator, CONTROLLER.weighting, IN_NUMPY
     ),
-    "a weighting in NumPy that knows the truth": REFERENCES["oracle-weighting"],
+    **{name: REFERENCES[name] for name in REFERENCES},
     "a filter that keeps something of each pair": find_controller(
         "decentralised_ekf+filter+subsumption"
     ),
