@@ -4,12 +4,15 @@ import copy
 import pickle
 import time
 
+import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from baselines.controller import LayeredController
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.physics import contact_memory
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
@@ -131,6 +134,28 @@ def test_a_snapshot_of_another_kind_is_refused(bits, other, told):
     with pytest.raises(ConfigError, match=told):
         loop.restore(kept)
     assert bits(loop) == before
+
+
+def into_the_middle(world):
+    """Wheels that drive every robot at full speed into one clump [m/s]."""
+    x, y, theta = world.state.pose.T
+    off = np.angle(np.exp(1j * (np.arctan2(-y, -x) - theta)))
+    speed = world.scenario.robot.max_speed
+    return speed * np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
+
+
+@pytest.mark.parametrize(("n_robots", "before"), [(1, 40), (2, 7), (15, 0), (15, 1), (15, 30),
+                                                  (15, 97), (15, 201), (15, 460)])  # fmt: skip
+def test_robots_in_a_clump_go_on_bit_for_bit(go, n_robots, before):
+    scenario = find_scenario("es1", {**conftest.CROWD, "n_robots": n_robots})
+    used, copied = (ForagingWorld([scenario], [before], "rigid") for _ in range(2))
+    noise = 0.04 * np.random.default_rng(1).normal(size=(before + 250, n_robots, 2))
+    for tick, push in enumerate(noise):
+        if tick == before:
+            copied._physics.restore(copied._physics.snapshot(), copied.scenarios)
+        go(used, into_the_middle(used) + push)
+        go(copied, into_the_middle(copied) + push)
+        assert_array_equal(used.state.pose, copied.state.pose)
 
 
 def test_a_pymunk_that_keeps_its_contacts_otherwise_is_refused(monkeypatch):

@@ -1,5 +1,9 @@
-"""The waypoints world: one seed is one trajectory, a world in a block is the world alone."""
+"""The waypoints world: a world in a block is the world alone, a robot in a swarm goes by its own.
 
+Of layers that differ, compiled or in NumPy, with one estimator.
+"""
+
+from dataclasses import replace
 from functools import partial
 from itertools import product
 
@@ -11,10 +15,12 @@ import baselines.controllers  # noqa: F401 enters the controllers
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
+from tests.outside import OutsideMotionPart
 from tests.worlds import check_each_is_itself, check_same_world
 
 ESTIMATORS = ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
@@ -171,3 +177,48 @@ def test_a_world_reset_alone_goes_on_as_the_world_alone():
         for loop in (block, twin, alone, again):
             loop.step()
     assert block.world.is_over.tolist() == [False, False, False]
+
+
+class Whole:
+    """Every correction is carried out, as a weighting in NumPy."""
+
+    tasks = ("waypoints",)
+    heard_p_share = 0.0
+
+    def __call__(self, exchange):
+        return np.ones((len(exchange), 1), np.float32)
+
+
+def mixed(*controllers):
+    return MixedController(tuple(controllers[i % len(controllers)] for i in range(25)))
+
+
+def ran(controller, ticks=TICKS):
+    loop = Loop(find_scenario("waypoints-25"), controller, [3, 4])
+    loop.run(ticks)
+    return loop
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS[1:])
+def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swarm(estimator):
+    compiled = CONTROLLERS["boids-adaptive"].with_parameters({"estimator": estimator})
+    swarm = mixed(
+        compiled,
+        replace(compiled, weighting=Whole()),
+        replace(compiled, motion=OutsideMotionPart(compiled.motion, ("waypoints",))),
+    )
+    one, other = ran(compiled), ran(swarm)
+    assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
+    beliefs = (loop.controller.minds["estimator"]["belief"] for loop in (one, other))
+    assert_array_equal(*beliefs)
+    assert_array_equal(one.controller.shared, other.controller.shared)
+    assert np.abs(one.world.sightings["seen"]).sum() > 0
+
+
+def test_every_robot_goes_by_its_own_gains():
+    goal, static = (CONTROLLERS[name] for name in ("boids-goal", "boids-static"))
+    first = [ran(each, 1).world.robots["command"]["acceleration"] for each in (goal, static)]
+    both = ran(mixed(goal, static), 1).world.robots["command"]["acceleration"]
+    assert_array_equal(both[:, ::2], first[0][:, ::2])
+    assert_array_equal(both[:, 1::2], first[1][:, 1::2])
+    assert np.any(first[0] != first[1])

@@ -20,6 +20,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.chromium import CHROMIUM, MISSING, launched_browser  # noqa: F401 the fixture browser
 from tests.networks import any_network
+from tests.rendering.replay.pages import parts
 from tests.rendering.replay.test_browser import LOADED, opened, until  # noqa: F401 a fixture
 
 CONTROLLERS = "ssgiff", "learned-both"
@@ -134,10 +135,7 @@ def test_without_web_assembly_a_recording_is_played(browser, file):
 
 
 def test_no_two_sliders_write_the_same_bytes(file):
-    text = file.read_text()
-    about = json.loads(
-        text[text.index(">", text.index('id="about"')) + 1 :].partition("</script>")[0]
-    )
+    about, _ = parts(file.read_text())
     for swarm in (about, *about["beside"]):
         written = {
             name: {
