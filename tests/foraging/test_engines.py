@@ -1,6 +1,7 @@
-"""Two engines, one swarm: rigid and kinematic agree in what an episode is judged by."""
+"""Engines and ticks: who moves robots and how fast, and what a layer was shown."""
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from swarm_forage_env.compiler import bind
@@ -51,3 +52,25 @@ def test_an_engine_with_a_method_move_moves_the_robots_before_each_tick(running,
         loop.run(2)
     away = pushed.world.robots["pose"] - usual.world.robots["pose"]
     assert_allclose(away[0], np.tile([0.002, 0.0, 0.0], (5, 1)), atol=1e-9)
+
+
+@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
+def test_the_motors_go_no_faster_than_they_can_whatever_is_commanded(running, go, physics):
+    world = running("es1", [0], physics, n_robots=1).world
+    world.state.pose[:] = 0.0
+    state = go(world, 5.0, speaking=True)
+    assert_allclose(state.command.wheels, 5.0 / 0.06)
+    assert state.command.is_speaking.all()
+    assert_allclose(state.pose[0, :2], [0.0129, 0.0], atol=1e-12)
+    assert_allclose(state.wheels, 0.129)
+
+
+def test_what_a_layer_was_shown_is_not_changed_by_the_next_tick(running):
+    loop = running("es1", [0], duration=60.0, cruise_speed=0.12, area_distance=0.7)
+    loop.run(300)
+    shown = [loop.situation, loop.exchange]
+    before = [each.copy() for each in shown]
+    loop.run(50)
+    assert loop.situation.tobytes() != before[0].tobytes()
+    for each, was in zip(shown, before, strict=True):
+        assert each.tobytes() == was.tobytes()
