@@ -10,20 +10,30 @@ Not in the paper, and chosen here:
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import pyarrow as pa
 
 from baselines.evaluation.backends import JoblibBackend
+from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.runner import evaluate
 from baselines.papers.claim_types import DecidableClaim
 from baselines.papers.emulator import Draws
-from baselines.papers.experiments import Results
-from baselines.papers.open_prior import PRIOR, Value, configuration, today
+from baselines.papers.experiments import Experiment, Results
+from baselines.papers.open_prior import (
+    PRIOR,
+    Value,
+    configuration,
+    named,
+    place_of,
+    today,
+    values_of,
+)
 from baselines.papers.open_search import (
     OTHERS,
     Measured,
@@ -32,6 +42,7 @@ from baselines.papers.open_search import (
     load,
     measure,
     numbers_of,
+    save,
     sets_of,
 )
 from baselines.papers.paper import PAPERS
@@ -40,6 +51,7 @@ from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 ARENAS = "es1", "es2"  # of the search
 N_PRIOR = 100_000  # draws of the prior that posteriors are weights of
 
+TOGETHER = 8  # sets measured at a time in the other arenas, after which they are kept
 CHECK_SEED, WORKERS = 6000, 2
 CHECKED = {"es1": 4, "real": 4, "es2": 1, "es3": 1, "ants2008": 1}
 """Worlds that a set is checked in, by arena, from `CHECK_SEED`, by so many processes."""
@@ -76,17 +88,35 @@ def holds(claim: DecidableClaim, results: Results) -> bool:
     return all(base > 0.0 and of.low <= ours / base <= of.high for of, ours, base in effects)
 
 
-def held(episodes: Sequence[Measured], arenas: Sequence[str]) -> dict[str, bool]:
-    """Whether each claim on these arenas holds in a set, by its words."""
-    found: dict[tuple[str, str], list[Any]] = {}
+@cache
+def experiments_on(arena: str) -> Mapping[Experiment, Experiment]:
+    """Each experiment of the claims on an arena, and the one that is measured in its place."""
+    wanted = dict.fromkeys(each for claim in claims_of(arena) for each in claim.experiments)
+    return {each: replace(each, controller=measured_beta(each.controller)) for each in wanted}
+
+
+Key = tuple[str, str, int]  # arena, controller, and robots of an experiment
+
+
+@cache
+def key_of(experiment: Experiment) -> Key:
+    """By what the episodes of an experiment are found among those of a set."""
+    n_robots = named(experiment, "kinematic").scenario.task.n_robots
+    return experiment.scenario, experiment.controller, n_robots
+
+
+def held(episodes: Sequence[Measured]) -> dict[str, bool]:
+    """Whether each claim holds in a set, by its words, on the arenas that were measured whole."""
+    found: dict[Key, list[Any]] = {}
     for each in episodes:
-        found.setdefault((each.arena, each.controller), []).append(each)
-    return {
-        claim.text: holds(
-            claim, {e: found[e.scenario, measured_beta(e.controller)] for e in claim.experiments}
-        )
-        for claim in (claims_of(*arenas) if arenas else ())
-    }
+        found.setdefault((each.arena, each.controller, each.n_robots), []).append(each)
+    judged: dict[str, bool] = {}
+    for arena in CHECKED:
+        keys = {each: key_of(measured) for each, measured in experiments_on(arena).items()}
+        if found.keys() >= {*keys.values()}:
+            results = {each: found[key] for each, key in keys.items()}
+            judged |= {claim.text: holds(claim, results) for claim in claims_of(arena)}
+    return judged
 
 
 @dataclass(frozen=True)
@@ -102,27 +132,34 @@ class Sets:
     best_betas: Mapping[str, Mapping[str, int]]
     """In how many sets SSGIFF makes most round trips at a beta."""
     held: Sequence[Mapping[str, bool]]
-    """Whether each claim holds, of the arenas in which all controllers were measured."""
-    scores: Int64[Array, "sets arenas"]  # how many claims hold; -1 where they were not all measured
+    """Whether each claim holds, of the arenas that were measured whole."""
+    scores: Mapping[str, Int64[Array, " sets"]]
+    """How many claims hold, by arena; -1 where it was not measured whole."""
 
     @property
     def near(self) -> Bool[Array, " sets"]:
         """Those within the tolerances of es1, all of which were measured in es2."""
         return np.asarray(self.far["es1"] <= 1.0)
 
-    @property
-    def front(self) -> list[int]:
-        """The nearest set of each point of the Pareto front of the scores, most claims first."""
-        nearest_last = np.argsort(-self.far["es2"], kind="stable")
-        at = {tuple(self.scores[k]): int(k) for k in nearest_last if min(self.scores[k]) >= 0}
-        kept = [a for a in at if not any(min(np.subtract(b, a)) >= 0 for b in at if b != a)]
-        return [at[each] for each in sorted(kept, key=lambda each: (-sum(each), each))]
+    def total(self, *arenas: str) -> Int64[Array, " sets"]:
+        """How many claims on some arenas hold; -1 where one was not measured whole."""
+        scores = np.array([self.scores[each] for each in arenas])
+        return np.where(scores.min(axis=0) < 0, -1, scores.sum(axis=0))
 
-    @property
-    def best(self) -> list[int]:
-        """The sets but today's, those first in which most claims hold; of equals the nearest."""
-        whole = [k for k, scores in enumerate(self.scores) if k and min(scores) >= 0]
-        return sorted(whole, key=lambda k: (-int(self.scores[k].sum()), self.far["es2"][k]))
+    def best(self, *arenas: str) -> list[int]:
+        """The sets measured there, most claims first; of equals the nearest to es2."""
+        total = self.total(*arenas)
+        order = np.lexsort((self.far["es2"], -total))
+        return [int(k) for k in order if total[k] >= 0]
+
+    def front(self, *arenas: str) -> list[int]:
+        """The best set of each point of the Pareto front of the scores, most claims first."""
+        scores = np.array([self.scores[each] for each in arenas]).T
+        found: list[int] = []
+        for k in self.best(*arenas):
+            if all((scores[k] > scores[other]).any() for other in found):
+                found.append(k)
+        return found
 
 
 def sets_in(file: Path) -> Sets:
@@ -132,16 +169,16 @@ def sets_in(file: Path) -> Sets:
     es1, es2 = (chance(prior, draws, episodes, arena) for arena in ARENAS)
     numbers = {a: np.array([numbers_of(each, a) for each in episodes]) for a in ARENAS}
     far = {a: np.array([distance(each, a) for each in episodes]) for a in ARENAS}
-    done = [{e.arena for e in each if e.controller == OTHERS[0]} for each in episodes]
-    judged = [held(each, sorted(arenas)) for each, arenas in zip(episodes, done, strict=True)]
-    scores = [
-        [sum(v for k, v in each.items() if k.startswith(a)) if a in arenas else -1 for a in ARENAS]
-        for each, arenas in zip(judged, done, strict=True)
-    ]
-    pairs = [*zip(episodes, done, strict=True)]
-    betas = {a: Counter(best_beta(each, a) for each, of in pairs if a in of) for a in ARENAS}
+    judged = [held(each) for each in episodes]
+    scores = {
+        a: np.array([sum(v for k, v in each.items() if k.startswith(a)) for each in judged])
+        - np.array([not any(k.startswith(a) for k in each) for each in judged])
+        for a in CHECKED
+    }
+    whole = {a: [episodes[k] for k in np.flatnonzero(scores[a] >= 0)] for a in ARENAS}
+    betas = {a: Counter(best_beta(each, a) for each in whole[a]) for a in ARENAS}
     weights = np.array([es1, es1 * es2])
-    return Sets(draws, prior, weights, numbers, far, betas, judged, np.array(scores))
+    return Sets(draws, prior, weights, numbers, far, betas, judged, scores)
 
 
 def best_beta(episodes: Sequence[Measured], arena: str) -> str:
@@ -153,24 +190,41 @@ def best_beta(episodes: Sequence[Measured], arena: str) -> str:
     return max(trips, key=lambda each: trips[each]).partition("=")[2]
 
 
-def with_other_arenas(values: Mapping[str, Value]) -> dict[str, Value]:
-    """A set with its areas of es3 where SGIKF is nearest to 2000 trips, of ANTS as today."""
-    own = {**values, "ants2008.area_distance": today()["ants2008.area_distance"]}
-    tried = [{**own, "es3.area_distance": each} for each in DISTANCES]
-    trips = [
-        episodes[0].round_trips
-        for episodes in measure(tried, "es3", ("ssgikf",), range(7000, 7001))
-    ]
-    return tried[int(np.argmin(np.abs(np.subtract(trips, 2000))))]
+def with_distances(sets: Sequence[Mapping[str, Value]]) -> list[dict[str, Value]]:
+    """Sets with their areas of es3 where SGIKF is nearest to 2000 trips, of ANTS as today."""
+    own = {"ants2008.area_distance": today()["ants2008.area_distance"]}
+    tried = [{**values, **own, "es3.area_distance": each} for values in sets for each in DISTANCES]
+    found = measure(tried, [Experiment("es3", "ssgikf")], range(7000, 7001))
+    misses = [abs(episodes[0].round_trips - 2000) for episodes in found]
+    nearest = np.reshape(misses, (-1, len(DISTANCES))).argmin(axis=1)
+    return [tried[len(DISTANCES) * k + int(at)] for k, at in enumerate(nearest)]
+
+
+def measure_in_all_arenas(file: Path, n_sets: int) -> None:
+    """Measure today's set, and those in which most claims of the search hold, in other arenas."""
+    table = load(file)
+    rows, best = table.to_pylist(), [k for k in sets_in(file).best(*ARENAS) if k][:n_sets]
+    missing = [k for k in (0, *best) if {e["arena"] for e in rows[k]["episodes"]} <= {*ARENAS}]
+    for at in range(0, len(missing), TOGETHER):
+        batch = missing[at : at + TOGETHER]
+        sets = [values_of(rows[k]["draw"]) for k in batch]
+        sets = [*sets[: batch[0] == 0], *with_distances(sets[batch[0] == 0 :])]
+        for k, values in zip(batch, sets, strict=True):
+            rows[k] |= {"draw": place_of(values), **values}
+        for arena in (each for each in CHECKED if each not in ARENAS):
+            experiments = {key_of(each): each for each in experiments_on(arena).values()}
+            found = measure(sets, [*experiments.values()], range(7000, 7000 + CHECKED[arena]))
+            for k, episodes in zip(batch, found, strict=True):
+                rows[k]["episodes"] += [asdict(each) for each in episodes]
+        save(file, pa.Table.from_pylist(rows, table.schema))
+        say(f"{at + len(batch)} of {len(missing)} sets measured in all arenas")
 
 
 def check(
     values: Mapping[str, Value] | None, arena: str, physics: str, out: Path
 ) -> dict[str, bool]:
     """Whether each claim on an arena holds with the numbers of a set; None: with today's."""
-    claims, n = claims_of(arena), CHECKED[arena]
-    wanted = dict.fromkeys(each for claim in claims for each in claim.experiments)
-    played = {e: replace(e, controller=measured_beta(e.controller)) for e in wanted}
+    n, played = CHECKED[arena], experiments_on(arena)
     different = list(dict.fromkeys(played.values()))
     configurations = [
         configuration(each, values, physics) if values else each.configuration(physics)
@@ -179,5 +233,5 @@ def check(
     seeds = range(CHECK_SEED, CHECK_SEED + n)
     episodes = evaluate(configurations, seeds, Dataset(out), JoblibBackend(WORKERS))
     by = {each: episodes[n * k : n * (k + 1)] for k, each in enumerate(different)}
-    results = cast(Results, {each: by[played[each]] for each in wanted})
-    return {claim.text: holds(claim, results) for claim in claims}
+    results = cast(Results, {each: by[measured] for each, measured in played.items()})
+    return {claim.text: holds(claim, results) for claim in claims_of(arena)}

@@ -1,7 +1,8 @@
 """The open numbers: what the published ones say of them, and which claims exclude each other.
 
 python -m baselines.papers.open_numbers --sets 10000    # search, then write the page
-python -m baselines.papers.open_numbers --best 10       # check the best ones in all arenas
+python -m baselines.papers.open_numbers --arenas 300    # measure the best ones in all arenas
+python -m baselines.papers.open_numbers --best 8        # check the best of these
 """
 
 import json
@@ -36,8 +37,8 @@ from baselines.papers.open_claims import (
     Sets,
     check,
     claims_of,
+    measure_in_all_arenas,
     sets_in,
-    with_other_arenas,
 )
 from baselines.papers.open_prior import PRIOR, Value, place_of, today, values_of
 from baselines.papers.open_search import FIRST, PUBLISHED, search
@@ -81,14 +82,15 @@ def posterior_of(sets: Sets, name: str, weights: Float64[Array, " draws"]) -> st
 
 def numbers_table(sets: Sets) -> str:
     """Prior, today's value, posterior, and the value of the best set of each number."""
-    best = values_of(sets.draws[sets.front[0]])
+    best = sets.best(*CHECKED)[0]
+    values = values_of(sets.draws[best])
     rows = []
     for name, prior in PRIOR.items():
         ends = prior if isinstance(prior, tuple) else map(float, prior.support())
         told = [posterior_of(sets, name, weights) for weights in sets.posterior]
-        said = " to ".join(map(cell, ends)), cell(today()[name]), *told, cell(best[name])
+        said = " to ".join(map(cell, ends)), cell(today()[name]), *told, cell(values[name])
         rows.append((f"`{name}`", *said))
-    heads = "number", "prior", "today", *GIVEN, f"set {sets.front[0]}"
+    heads = "number", "prior", "today", *GIVEN, f"set {best}"
     return markdown(heads, rows)
 
 
@@ -123,11 +125,11 @@ def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
 def pairs_table(sets: Sets) -> str:
     """The pairs of claims that hold together in half as many sets as by chance, or in none."""
     rows = []
-    for one, other in combinations([each.text for each in claims_of(*ARENAS)], 2):
+    for one, other in combinations([each.text for each in claims_of(*CHECKED)], 2):
         both = np.array([(each[one], each[other]) for each in sets.held if {one, other} <= {*each}])
         alone, together = both.sum(axis=0), int(both.all(axis=-1).sum())
         chance = alone.prod() / max(len(both), 1)
-        if chance >= 1.0 and together <= 0.5 * chance:
+        if chance >= 3.0 and together <= 0.5 * chance:
             counts = *map(str, alone), str(len(both)), f"{together}", f"{chance:.1f}"
             rows.append((together / chance, one, other, *counts))
     heads = "claim", "and", "the first in", "the second in", "of", "both in", "both by chance"
@@ -156,10 +158,18 @@ def posterior_figure(sets: Sets) -> Figure:
 
 def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     """The numbers in the words of the page."""
-    near = sets.near
-    totals = [len(claims_of(arena)) for arena in ARENAS]
-    front = [f"set {k} {sets.scores[k, 0]} and {sets.scores[k, 1]}" for k in sets.front]
-    whole = sets.scores[:, 1] >= 0
+    near, whole = sets.near, sets.total(*ARENAS) >= 0
+    best, total = sets.best(*CHECKED), sets.total(*CHECKED)
+    others = total[[k for k in best if k]]
+    ever = {text for each in sets.held for text, holds in each.items() if holds}
+    never = [each.text for each in claims_of(*CHECKED) if each.text not in ever]
+
+    def told(k: int) -> str:
+        scores = (
+            f"{of[k]} of {len(claims_of(arena))} of {arena}" for arena, of in sets.scores.items()
+        )
+        return f"{total[k]}: {', '.join(scores)}"
+
     return {
         "n_numbers": str(len(PRIOR)), "goal": f"{GOAL:,}", "n": f"{len(sets.draws):,}",
         "near": str(near.sum()), "excludes": f"{3.0 / near.sum():.1%}",
@@ -168,10 +178,13 @@ def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         "within": str((sets.far["es2"] <= 1.0).sum()),
         "both": f"{sets.posterior[1].sum() / sets.posterior[0].sum():.2%}",
         "least": f"{sets.far['es2'][near].min():.1f}",
-        "totals": " and ".join(f"{n} of {a}" for n, a in zip(totals, ARENAS, strict=True)),
+        "n_arenas": str(len(others)), "middle": f"{np.median(others):g}",
+        "more": str((others > total[0]).sum()), "fewer": str((others < total[0]).sum()),
+        "n_front": str(len(sets.front(*CHECKED))), "best": f"set {best[0]}", "most": told(best[0]),
+        "ever": str(len(ever)), "never": f", but never {'; '.join(never)}" if never else "",
         **{f"{arena}_betas": ", ".join(f"{beta} in {n}" for beta, n in sorted(of.items()))
            for arena, of in sets.best_betas.items()},
-        "today": f"{sets.scores[0, 0]} and {sets.scores[0, 1]}", "front": ", ".join(front),
+        "today": told(0),
         "n_checked": str(len(checked) - 1), "n_claims": str(len(claims_of(*CHECKED))),
         "checked": ", ".join(f"{each['name']} {n_held(each)}" for each in checked),
     }  # fmt: skip
@@ -193,10 +206,10 @@ def write_page(file: Path) -> None:
 
 
 def check_best(file: Path, best: int, physics: str) -> None:
-    """Check today's set and the best ones in all arenas, and keep what holds."""
+    """Check today's set and the best ones in other worlds of all arenas, and keep what holds."""
     sets, kept = sets_in(file), file.with_suffix(".json")
-    numbers = sets.best[:best]
-    chosen = [None, *(with_other_arenas(values_of(sets.draws[k])) for k in numbers)]
+    numbers = [k for k in sets.best(*CHECKED) if k][:best]
+    chosen = [None, *(values_of(sets.draws[k]) for k in numbers)]
     names = ["today", *(f"set {k}" for k in numbers)]
     checked: list[dict[str, Any]]
     checked = [{"name": name, "physics": physics, "values": values, "holds": {}}
@@ -215,7 +228,8 @@ app = typer.Typer(name=COMMAND, add_completion=False)
 @stoppable()
 def command(
     sets: Annotated[int, Option(min=0, help="Sets in all, those kept included.")] = 0,
-    best: Annotated[int, Option(min=0, help="Best sets to check in all arenas.")] = 0,
+    arenas: Annotated[int, Option(min=0, help="Best of es1 and es2 to measure in all arenas.")] = 0,
+    best: Annotated[int, Option(min=0, help="Best in all arenas to check in other worlds.")] = 0,
     physics: Annotated[str, Option(help="Engine of these checks.")] = "rigid",
     seed: Annotated[int, Option(min=0, help="Seed of the search.")] = 0,
     file: Annotated[Path, FileOption(help="The sets; the page goes beside it.")] = FILE,
@@ -225,6 +239,8 @@ def command(
     A search that was stopped goes on where it was.
     """
     search(file, sets, seed)
+    if arenas:
+        measure_in_all_arenas(file, arenas)
     if best:
         check_best(file, best, physics)
     write_page(file)

@@ -85,6 +85,7 @@ class Measured:
 
     arena: str
     controller: str
+    n_robots: int
     round_trips: int
     on_path_share: float
     recruitment_time_s: float | None
@@ -92,15 +93,17 @@ class Measured:
 
 
 def measure(
-    sets: Sequence[Mapping[str, Value]], arena: str, controllers: Sequence[str], seeds: range
+    sets: Sequence[Mapping[str, Value]], experiments: Sequence[Experiment], seeds: range
 ) -> list[list[Measured]]:
-    """Run the episodes of each controller for each set, those of one compilation side by side."""
+    """Run the episodes of each experiment for each set, those of one compilation side by side."""
     found: list[list[Measured]] = [[] for _ in sets]
-    jobs = [(k, each, configuration(Experiment(arena, each), values))
-            for k, values in enumerate(sets) for each in controllers]  # fmt: skip
+    jobs = [(k, each, configuration(each, values))
+            for k, values in enumerate(sets) for each in experiments]  # fmt: skip
 
-    def compilation(job: tuple[int, str, ExperimentConfig]) -> tuple[str, int]:
-        return type(job[2].controller.weighting).__name__, job[2].scenario.radio.slots
+    def compilation(job: tuple[int, Experiment, ExperimentConfig]) -> tuple[str, str, int, int]:
+        scenario, own = job[2].scenario, job[2].controller
+        layers = type(own.estimator).__name__, type(own.weighting).__name__
+        return *layers, scenario.radio.slots, scenario.task.n_robots
 
     for _, alike in groupby(sorted(jobs, key=compilation), compilation):
         group = [(*job, seed) for job in alike for seed in seeds]
@@ -109,10 +112,11 @@ def measure(
         meter = loop.task.episode.meter(loop)
         loop.run(scenarios[0].n_ticks)
         results: list[dict[str, Any]] = meter.results()
-        for (k, controller, config, _), each in zip(group, results, strict=True):
+        for (k, of, config, _), each in zip(group, results, strict=True):
             trips, share = each["round_trips"], round(each["on_path_share"], 4)
-            recruited, duration = each["recruitment_time_s"], config.scenario.task.duration
-            found[k].append(Measured(arena, controller, trips, share, recruited, duration))
+            task, recruited = config.scenario.task, each["recruitment_time_s"]
+            told = trips, share, recruited, task.duration
+            found[k].append(Measured(of.scenario, of.controller, task.n_robots, *told))
     return found
 
 
@@ -157,7 +161,8 @@ def measure_all(sets: Sequence[Mapping[str, Value]], is_whole: bool) -> list[lis
     found: list[list[Measured]] = [[] for _ in sets]
     going = list(range(len(sets)))
     for arena, controllers, seeds, limit in STAGES:
-        measured = measure([sets[k] for k in going], arena, controllers, seeds)
+        experiments = [Experiment(arena, each) for each in controllers]
+        measured = measure([sets[k] for k in going], experiments, seeds)
         for k, episodes in zip(going, measured, strict=True):
             found[k] += episodes
         going = [k for k in going if is_whole or distance(found[k], arena) <= limit]
@@ -167,6 +172,13 @@ def measure_all(sets: Sequence[Mapping[str, Value]], is_whole: bool) -> list[lis
 def load(file: Path) -> pa.Table:
     """The sets so far: their places in the unit cube, their numbers, their episodes."""
     return pq.read_table(file) if file.exists() else pa.table({})
+
+
+def save(file: Path, table: pa.Table) -> None:
+    """Keep the sets so far."""
+    content = BytesIO()
+    pq.write_table(table, content, compression="zstd")
+    write_atomically(file, content.getvalue())
 
 
 def sets_of(table: pa.Table) -> tuple[Draws, list[list[Measured]]]:
@@ -235,9 +247,8 @@ def search(file: Path, n_sets: int, seed: int) -> None:
         rows = [{"draw": draw.tolist(), **values, "episodes": [asdict(each) for each in of]}
                 for draw, values, of in zip(new, sets, found, strict=True)]  # fmt: skip
         tables = [table, pa.Table.from_pylist(rows)][not len(draws) :]
-        table, content = pa.concat_tables(tables, promote_options="permissive"), BytesIO()
-        pq.write_table(table, content, compression="zstd")
-        write_atomically(file, content.getvalue())
+        table = pa.concat_tables(tables, promote_options="permissive")
+        save(file, table)
         draws, episodes = np.concatenate([draws, new]), [*episodes, *found]
         near = [sum(distance(each, arena) <= 1.0 for each in episodes) for arena in PUBLISHED]
         say(f"{len(draws)} sets, {near[0]} within the tolerances of es1, {near[1]} of es2")

@@ -1,25 +1,26 @@
 """The search for open numbers: its prior, distances, weights and stages, and what is told."""
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
-from baselines.papers import open_search
+from baselines.papers import open_claims, open_search
 from baselines.papers.emulator import Emulator
 from baselines.papers.experiments import Experiment
-from baselines.papers.open_claims import Sets, held
+from baselines.papers.open_claims import ARENAS, CHECKED, Sets, experiments_on, held, key_of
 from baselines.papers.open_numbers import pairs_table
 from baselines.papers.open_prior import PRIOR, configuration, place_of, today, values_of
 from baselines.papers.open_search import BATCH, FIRST, OTHERS, Measured, chance, distance
 
 
-def episodes(arena, n=4, **trips):
+def episodes(arena, n=4, n_robots=10, **trips):
     """Episodes with as many round trips, which meet all else that is published of es1."""
     recruited, shares = {"nc": 1200.0, "ssgikf": 300.0}, {"nc": 0.1}
     return [
-        Measured(arena, name, each, shares.get(name, 0.6), recruited.get(name), 1800.0)
+        Measured(arena, name, n_robots, each, shares.get(name, 0.6), recruited.get(name), 1800.0)
         for name, each in trips.items()
         for _ in range(n)
     ]
@@ -81,7 +82,11 @@ def test_the_chance_of_a_set_is_that_of_the_tolerances_by_which_its_distance_is_
 def test_a_search_goes_on_where_it_was_and_takes_only_near_sets_further(monkeypatch, tmp_path):
     asked = []
 
-    def measure(sets, arena, controllers, seeds):
+    def measure(sets, experiments, seeds):
+        (arena,), controllers = (
+            {each.scenario for each in experiments},
+            tuple(each.controller for each in experiments),
+        )
         asked.append((arena, controllers, len(sets)))
         speeds = [each["robot.cruise_speed"] for each in sets]
         found = {"es1": [round(100 + 1250 * each) for each in speeds], "es2": [1400] * len(sets)}
@@ -106,26 +111,67 @@ def test_a_search_goes_on_where_it_was_and_takes_only_near_sets_further(monkeypa
 
 def test_a_claim_holds_where_its_means_lie_and_the_nearest_beta_speaks_for_the_others():
     trips = dict.fromkeys(OTHERS, 140) | {"nc": 60, "ssgikf": 150, "ssgiff:beta=0.01": 170}
-    found = held(episodes("es1", **trips), ["es1"])
+    found = held([*episodes("es1", **trips), *episodes("es2", ssgikf=1400)])
     assert [text for text, holds in found.items() if not holds] == [
         "es1: times faster recruitment with communication"
     ]
-    worse = held(episodes("es1", **trips | {"ssgiff:beta=0.0001": 160}), ["es1"])
+    worse = held(episodes("es1", **trips | {"ssgiff:beta=0.0001": 160}))
     assert not worse["es1: every other beta below SGIKF"]
 
 
 def test_the_front_the_best_and_the_pairs_that_exclude_each_other():
     names = "es1: SSGIKF above DSGIKF", "es1: best beta", "es2: best beta"
-    rows = [(0, 1, 1), (1, 0, 1), (1, 0, 0), (0, 1, 0)]
+    rows = [(0, 1, 1), (1, 0, 1), (1, 0, 0), (0, 1, 0)] * 3
     judged = [dict(zip(names, map(bool, row), strict=True)) for row in rows]
-    scores = np.array([(5, 7), (6, 6), (5, 6), (-1, 9)])
     drawn = np.zeros((4, 2)), np.zeros((9, 2)), np.ones((2, 9))
+    scores = {"es1": np.array([5, 6, 5, -1]), "es2": np.array([7, 6, 6, 9])}
     sets = Sets(*drawn, {}, {"es2": np.arange(4.0)}, {}, judged, scores)
-    assert sets.front == [0, 1]
+    assert sets.front("es1", "es2") == [0, 1]
     assert [row.split(" | ")[:2] for row in pairs_table(sets).splitlines()[2:]] == [
         [f"| {names[1]}", names[0]]
     ]
-    assert replace(sets, scores=np.array([(1, 1), (2, 2), (0, 0), (2, 1)])).front == [1]
     far = {"es2": np.array([0.0, 9.0, 5.0, 1.0, 2.0])}
-    scores = np.array([(9, 9), (2, 2), (-1, 9), (0, 0), (3, 1)])
-    assert replace(sets, far=far, scores=scores).best == [4, 1, 3], "neither today's nor unmeasured"
+    scores = {"es1": np.array([1, 2, -1, 0, 3]), "es2": np.array([1, 2, 9, 0, 1])}
+    assert replace(sets, far=far, scores=scores).best("es1", "es2") == [4, 1, 0, 3]
+    assert replace(sets, far=far, scores=scores).best("es2") == [2, 1, 0, 4, 3]
+    assert replace(sets, far=far, scores=scores).front("es1", "es2") == [4, 1]
+
+
+def test_the_best_sets_are_measured_in_the_other_arenas_once(monkeypatch, tmp_path):
+    """A set gets the areas of es3 that give 2000 trips; today's keeps its own."""
+    asked = []
+
+    def measure(sets, experiments, seeds):
+        asked.append(({each.scenario for each in experiments}, len(sets)))
+        return [
+            [
+                Measured(of.scenario, of.controller, n_robots, trips, 0.5, 900.0, 3600.0)
+                for of in experiments
+                for _, _, n_robots in [key_of(of)]
+                for trips in [round(1000.0 * values["es3.area_distance"])]
+                for _ in seeds
+            ]
+            for values in sets
+        ]
+
+    def whole(values):
+        return [
+            asdict(Measured(*key, 100, 0.5, 900.0, 1800.0))
+            for arena in ARENAS
+            for key in dict.fromkeys(map(key_of, experiments_on(arena).values()))
+        ]
+
+    draws = [place_of(today()), *np.random.default_rng(0).random((2, len(PRIOR))).tolist()]
+    rows = [{"draw": each, **values_of(each)} for each in draws]
+    rows = [row | {"episodes": whole(row)} for row in rows]
+    monkeypatch.setattr(open_claims, "measure", measure)
+    monkeypatch.setattr(open_claims, "N_PRIOR", 10)
+    file = tmp_path / "sets.parquet"
+    open_search.save(file, pa.Table.from_pylist(rows))
+    open_claims.measure_in_all_arenas(file, 1)
+    open_claims.measure_in_all_arenas(file, 2)
+    sets = open_claims.sets_in(file)
+    assert sorted(sets.best(*CHECKED)) == [0, 1, 2]
+    assert [n for arenas, n in asked if arenas == {"ants2008"}] == [2, 1]
+    distances = [values_of(each)["es3.area_distance"] for each in sets.draws]
+    assert distances == [today()["es3.area_distance"], 1.8, 1.8]
