@@ -33,6 +33,7 @@ from baselines.evaluation.dataset import (
     unread,
     with_checksum,
 )
+from baselines.evaluation.dataset_reader import TRANSITIONS
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import COMPRESSION
@@ -51,9 +52,6 @@ from swarm_forage_env.task import task_of
 from training.policy import Draw, ForeignPolicy
 from training.policy_card import PolicyCard, card_from, card_of
 from training.policy_controller import PolicyController
-
-ENDING = ".transitions.parquet"
-"""Of the names of files."""
 
 CARD = b"card"
 """Metadata key of the card that a policy which is trained on a file has."""
@@ -104,7 +102,7 @@ def card_in(folder: str | Path, policy: str) -> PolicyCard:
 
 def _files(folder: Path, policy: str | None) -> list[Path]:
     found: dict[tuple[Path, str], Path] = {}
-    for file in sorted(folder.glob(f"scenario=*/policy=*/*{ENDING}")):
+    for file in sorted(folder.glob(f"scenario=*/policy=*/*{TRANSITIONS}")):
         episode = file.parent, file.name.rpartition("-")[2]
         if policy not in (None, _policy_of(file)):
             continue
@@ -289,14 +287,14 @@ class Transitions(Dataset):
     """A folder of transitions: a file for each policy and seed."""
 
     def __init__(self, folder: Path) -> None:
-        super().__init__(folder, ENDING)
+        super().__init__(folder, TRANSITIONS)
 
     def file(self, recording: Recording, seed: int) -> Path:
         """Path of an episode's file, whether it exists or not."""
         config = recording.configuration
         folder = self.folder / folder_name(config.scenario.name, "scenario=")
         folder /= folder_name(config.label, "policy=")
-        return folder / f"{recording.key}-seed{seed:08d}{ENDING}"
+        return folder / f"{recording.key}-seed{seed:08d}{TRANSITIONS}"
 
     def missing_seeds(self, recording: Recording, seeds: Sequence[int]) -> list[int]:
         """Seeds of the episodes that are not kept whole; damaged files are set aside."""

@@ -154,7 +154,7 @@ def _joined(parts: Sequence[EpisodeGroup]) -> EpisodeGroup:
     return replace(parts[0], episodes=episodes, asked=names.pop() if len(names) == 1 else "")
 
 
-OTHERS = ENDING, ".transitions.parquet"  # how names of other files than episodes' end
+TRANSITIONS = ".transitions.parquet"  # of the names of files that `swarm-forage dataset` writes
 
 TEXTS = ("settings", "overrides", "parameters")  # what tells configurations apart, as JSON text
 
@@ -168,7 +168,7 @@ def _files(source: str) -> list[Path]:
         )
     folder = Path(source)
     found = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
-    if files := sorted(each for each in found if not each.name.endswith(OTHERS)):
+    if files := sorted(each for each in found if not each.name.endswith((ENDING, TRANSITIONS))):
         return files
     reason = "holds no episodes" if folder.is_dir() else "no such folder"
     raise ConfigError(

@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
+from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64, read_only
 from swarm_forage_env.compiler import entry_point
@@ -191,13 +192,13 @@ class Observing:
         *where, bound, squashes = observer.scaling
         self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
         self._fields = place.fields(observer.shown)
-        self._numpy: list[tuple[Observation, int, Layout]] = []
+        self._numpy: list[tuple[Observation, int, Layout, Box]] = []
         additions: list[tuple[int, int]] = []
         for part, (first, features) in zip(observer.parts, observer.features, strict=True):
             if isinstance(part, RowObservation):
                 additions.append((part.which, first))
             else:
-                self._numpy.append((part, first, features))
+                self._numpy.append((part, first, features, features.box()))
         self._additions = memory.to_device(np.array(additions, np.int64).reshape(-1, 2))
         self._none = memory.to_device(np.zeros(rows[0]))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
@@ -276,11 +277,11 @@ class Observing:
             streams=self._streams,
             is_observed=modes != STANDS,
         )
-        for part, first, features in self._numpy:
+        for part, first, features, box in self._numpy:
             out = np.zeros((*self._shape, len(features)), np.float32)
             part.write(context, out)
             seen[:, :, first : first + len(features)] = own = out[:, self._robots]
-            _check_numbers(own, features)
+            _check_numbers(own, features, box)
 
 
 def stacked(layout: Layout, n: int) -> Layout:
@@ -316,9 +317,10 @@ def _checked_features(part: Addition, scenario: BaseScenario, agents: Sequence[s
     return Layout(found)
 
 
-def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features: Layout) -> None:
+def _check_numbers(
+    numbers: Float32[Array, "worlds learners numbers"], features: Layout, box: Box
+) -> None:
     """ConfigError for a number of an observation of the user's own outside its bounds, or NaN."""
-    box = features.box()
     is_right = (box.low <= numbers) & (numbers <= box.high) & np.isfinite(numbers)
     if not is_right.all():
         world, robot, k = map(int, np.argwhere(~is_right)[0])
