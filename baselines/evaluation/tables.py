@@ -206,7 +206,8 @@ def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
     estimate = mean_interval(present_values(episodes, metric, factor))
     if estimate is None:
         return Text(NOT_APPLICABLE)
-    value, interval = _formatted(estimate, "-")
+    is_below_zero = estimate.interval is not None and estimate.interval[0] < 0.0
+    value, interval = _formatted(estimate, " to " if is_below_zero else "-")
     partly = f"\nn = {estimate.n} of {len(episodes)}" if estimate.n < len(episodes) else ""
     return Text(value).append(f"\n{interval}{partly}", style="dim")
 

@@ -63,10 +63,11 @@ def test_equal_values_have_no_interval(episodes, trips):
 
 
 def test_a_mean_over_part_of_the_episodes_says_over_how_many(episodes):
-    times = zip(episodes("nc", [1, 2, 3, 4]), (None, 90.0, 100.0, 110.0), strict=True)
+    times = zip(episodes("nc", [1, 2, 3, 4]), (None, 0.0, 100.0, 110.0), strict=True)
     some = [replace(each, recruitment_time_s=time) for each, time in times]
     text = printed(report(some, ["radio.frames=1"]))
     assert "n = 3 of 4" in text
+    assert "-81.1 to 221.1" in text
     assert "the others are left out" in text
     assert ", radio.frames=1:" in text
 
