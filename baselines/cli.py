@@ -47,7 +47,7 @@ class _ToStderr(logging.Handler):
 
 
 VALUES = {"int": "N", "int range": "N", "float": "X", "str": "NAME", "Path": "PATH", "bool": ""}
-"""What stands for a value of each type in help, as manuals have it; a switch has none."""
+"""The placeholder of a value of each type in help; a switch has none."""
 
 
 def value_in_help(parameter: TyperArgument | TyperOption, ctx: Context) -> str:
@@ -55,10 +55,10 @@ def value_in_help(parameter: TyperArgument | TyperOption, ctx: Context) -> str:
     is_option = isinstance(parameter, TyperOption)
     if is_option and parameter.metavar is not None:
         return parameter.metavar
-    shown = parameter.display_type(ctx)
-    kind = shown.strip("<>").removeprefix("list[").removesuffix("]")
+    metavar = parameter.display_type(ctx)
+    kind = metavar.strip("<>").removeprefix("list[").removesuffix("]")
     if kind not in VALUES:
-        return shown
+        return metavar
     return VALUES[kind] if is_option else ""
 
 
@@ -135,8 +135,8 @@ def list_names(
     else:
         table = listing.detail_table(name) if name else listing.overview_tables()
         Console().print(table)
-    if told := left_out():
-        say(told)
+    if message := left_out():
+        say(message)
 
 
 app.command(

@@ -11,10 +11,10 @@ COMMAND = "swarm-forage"
 
 def main() -> None:
     """Run the installed command; one line on stderr if there is none."""
-    found = list(entry_points(group="console_scripts", name=COMMAND))
-    if not found:
+    commands = list(entry_points(group="console_scripts", name=COMMAND))
+    if not commands:
         sys.exit(f"{COMMAND}: is not installed; in a checkout: pip install '.[evaluate]'")
-    found[0].load()()
+    commands[0].load()()
 
 
 if __name__ == "__main__":

@@ -227,7 +227,7 @@ class _Locator:
 
     def __init__(self, function: Function) -> None:
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
-        # the last: machine code of before could be called in the place of another function
+        # the last: machine code of before could be called instead of another function
         options = INLINED, Lean.__name__, config.BOUNDSCHECK, _name_functions_anew.__name__
         of_gpu = GPU_OPTIONS, fingerprint(as_on_cpu)
         self._key = fingerprint(function, *compilers, *options, *of_gpu)

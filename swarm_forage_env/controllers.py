@@ -44,8 +44,8 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
     name = controller.partition(":")[0].strip()
     first = getattr(POLICIES[name], "main_parameter", None) if name in POLICIES else None
     name, parameters = parse_controller(controller, first=first)
-    found = _admitted(_named(name, references), references)
-    return found.with_parameters(parameters) if parameters else found
+    admitted = _admitted(_named(name, references), references)
+    return admitted.with_parameters(parameters) if parameters else admitted
 
 
 def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> Controller:
@@ -104,8 +104,8 @@ def _named(name: str, references: bool) -> Controller:
             raise ConfigError(f"no controller named {name!r}: it is a scenario; one is run")
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
         raise UnknownNameError("controller", name, known, left_out())
-    found: Controller = registry[name]
-    return found
+    controller: Controller = registry[name]
+    return controller
 
 
 def _admitted(controller: Controller, references: bool) -> Controller:

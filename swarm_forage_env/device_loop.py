@@ -1,7 +1,7 @@
 """The worlds of a loop on a GPU, which runs them and resets them.
 
 Ticks are the same text as on a CPU, `run_ticks`, in one launch. The records stay in the memory of
-the GPU; what is asked for is copied back. A kernel cannot raise: what goes wrong is noted, and
+the GPU; arrays are copied back when they are read. A kernel cannot raise: errors are noted, and
 raised by `check`.
 """
 
@@ -24,7 +24,7 @@ from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import PlacedArray, checked_device
 
 MAX_THREADS = 128
-"""Threads of a block, at most: so many that each may have all registers that one can have."""
+"""Most threads of a block; with more, a thread could not have all registers that one can have."""
 
 ENOUGH_BLOCKS = 160
 """Blocks among which few worlds are spread: about one for each multiprocessor of a large GPU."""
@@ -123,7 +123,7 @@ class DeviceLoop:
         worlds: Sequence[int] | None = None,
         scenarios: Sequence[Any] | None = None,
     ) -> None:
-        """Start worlds anew, each from its seed, as `Loop.reset`; nothing is copied back.
+        """Reset worlds, each from its seed, as `Loop.reset` does; nothing is copied back.
 
         Numbers of other scenarios are written by the CPU. Where robots find no room, `check` raises
         it.

@@ -45,11 +45,11 @@ def other_package(module: str | None) -> str | None:
     spec = sys.modules[package].__spec__ if package in sys.modules else find_spec(package)
     if spec is None:
         return None
-    found = Path(next(iter(spec.submodule_search_locations or ()), spec.origin or ""))
-    if found.resolve() == Path(__file__).resolve().parents[1] / package:
+    folder = Path(next(iter(spec.submodule_search_locations or ()), spec.origin or ""))
+    if folder.resolve() == Path(__file__).resolve().parents[1] / package:
         return None
     return (
-        f"another package named '{package}' is found first, in {found}; install swarm-forage in an"
+        f"another package named '{package}' is found first, in {folder}; install swarm-forage in an"
         " environment of its own, and start Python in another folder"
     )
 

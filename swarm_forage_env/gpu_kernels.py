@@ -1,7 +1,7 @@
 """How kernels of a GPU are compiled and launched by numba-cuda.
 
 A GPU fetches machine code more slowly than it runs it, so that a kernel has each loop once. Python
-prepares each argument of a launch anew only where it is another than the one before: a launch of
+prepares an argument of a launch only if it differs from the one before: a launch of
 thirty arrays takes numba-cuda a quarter of a millisecond.
 """
 

@@ -33,12 +33,12 @@ def cache_folder() -> Path:
 def is_trusted(folder: Path) -> bool:
     """Whether nobody but the user, or root, may write to a folder; one that is missing counts.
 
-    If others may, the user is told once.
+    If others may, a message says so once.
     """
     with suppress(OSError):
-        found = folder.stat()
+        status = folder.stat()
         if hasattr(os, "geteuid") and (
-            found.st_uid not in {os.geteuid(), 0} or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+            status.st_uid not in {os.geteuid(), 0} or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
         ):
             tell_once(f"{folder}: others may write there (chmod 700 would do)")
             return False
@@ -49,7 +49,7 @@ def is_trusted(folder: Path) -> bool:
 def tell_once(why: str) -> None:
     """Tell the user, once, that no machine code is kept, and why."""
     sys.stderr.write(
-        f"swarm-forage: kernels are compiled in memory, and by every process anew: {why}; name"
+        f"swarm-forage: every process compiles its kernels, in memory: {why}; name"
         " another folder in the variable XDG_CACHE_HOME\n"
     )
 
@@ -86,8 +86,8 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
 
 def _sound_content(file: Path) -> bytes | None:
     try:
-        found = file.read_bytes()
+        whole = file.read_bytes()
     except FileNotFoundError:
         return None
-    content = found[HASH:]
-    return content if sha256(content).digest() == found[:HASH] else None
+    content = whole[HASH:]
+    return content if sha256(content).digest() == whole[:HASH] else None

@@ -57,18 +57,18 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
             super().add_overload(result)
 
     def compile(self, signature: object) -> object:
-        """Compile anew for Python what was compiled for a kernel."""
+        """Compile again, for calls from Python, what was compiled for a kernel."""
         arguments, return_type = normalize_signature(signature)
         with global_compiler_lock:  # what another thread compiles, it compiles for a kernel
-            found = self.overloads.get(tuple(arguments))
+            compiled = self.overloads.get(tuple(arguments))
             if not self._compiler.is_inner:
-                if found and isinstance(found.entry_point, _NoEntry):
+                if compiled and isinstance(compiled.entry_point, _NoEntry):
                     del self.overloads[tuple(arguments)]
                 return super().compile(signature)
-            if found is None:
-                found = self._compiler.compile(arguments, return_type)
-                self.add_overload(found)
-            return found.entry_point
+            if compiled is None:
+                compiled = self._compiler.compile(arguments, return_type)
+                self.add_overload(compiled)
+            return compiled.entry_point
 
 
 class _NoEntry:

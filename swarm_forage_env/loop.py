@@ -100,7 +100,7 @@ class Loop(WorldsOnCpu):
         worlds: Sequence[int] | None = None,
         scenarios: BaseScenario | Sequence[BaseScenario] | None = None,
     ) -> None:
-        """Start worlds anew, each from its seed: those of these indices, or all.
+        """Reset worlds, each from its seed: those of these indices, or all.
 
         With `scenarios`, one for all of these worlds or one for each, they have other numbers from
         now on. The other worlds go on untouched. ConfigError, before anything changes, for what
@@ -180,7 +180,7 @@ class Loop(WorldsOnCpu):
         return {"made_by": made_by, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
-        """The same loop again, compiled anew, which goes on where it was."""
+        """A copy of the loop, compiled again, which continues where this one is."""
         controllers, physics, threads = state["made_by"]
         scenarios = list(state["snapshot"].world["scenarios"])
         Loop.__init__(self, scenarios, controllers, range(len(scenarios)), physics, threads)
@@ -286,7 +286,7 @@ def _pool_of(threads: int, process: int) -> ThreadPoolExecutor:
 
 
 def pool(threads: int) -> ThreadPoolExecutor:
-    """The pool of this process, kept for all blocks of so many threads; a fork makes its own."""
+    """The thread pool of this process and number of threads; a forked process makes its own."""
     return _pool_of(threads, os.getpid())
 
 

@@ -146,7 +146,7 @@ def _without_policies(rows: Rows, scenario: BaseScenario) -> list[list[TeamContr
 def _policies(rows: Rows) -> list[tuple[PolicyOverLayers, Team]]:
     """Each policy over something else, with its robots; ConfigError if they are not the same
     in all worlds."""
-    found: dict[int, tuple[PolicyOverLayers, Team]] = {}
+    teams: dict[int, tuple[PolicyOverLayers, Team]] = {}
     for robot, each in enumerate(rows[0]):
         policies = [
             own.policy if isinstance(own, PolicyOverLayers) else None
@@ -157,8 +157,8 @@ def _policies(rows: Rows) -> list[tuple[PolicyOverLayers, Team]]:
                 "controllers of one block: a robot must have one policy in all worlds"
             )
         if isinstance(each, PolicyOverLayers):
-            found.setdefault(id(each), (each, []))[1].append(robot)
-    return list(found.values())
+            teams.setdefault(id(each), (each, []))[1].append(robot)
+    return list(teams.values())
 
 
 def _teams(members: Sequence[TeamController], scenario: BaseScenario) -> list[Team]:
@@ -202,15 +202,15 @@ class RunningTeams:
                 layered.append((each.minds, np.array(team)))
             else:
                 policies.append(each)
-        shown = _common([minds.dtype["estimator"] for minds, _ in layered])
+        common = _common([minds.dtype["estimator"] for minds, _ in layered])
         said = [column for each in policies for column in _common([each.minds.dtype])]
-        columns = [("estimator", record_dtype(shown)), *said]
+        columns = [("estimator", record_dtype(common)), *said]
         self.minds: Array = np.zeros(shape, record_dtype(columns))
         for each in policies:
             each.minds = self.minds
         self._bytes = _bytes(self.minds)
         self._shown = [
-            (_bytes(minds), team, _spans(shown, self.minds.dtype, minds.dtype))
+            (_bytes(minds), team, _spans(common, self.minds.dtype, minds.dtype))
             for minds, team in layered
         ]
 
@@ -219,9 +219,9 @@ class RunningTeams:
         """All teams, one after the other; then what readers are shown is copied."""
         copying = [
             CompiledLayers(
-                {"decide_world": nothing, "observe_world": copy_world}, (self._bytes, *shown)
+                {"decide_world": nothing, "observe_world": copy_world}, (self._bytes, *spans)
             )
-            for shown in self._shown
+            for spans in self._shown
         ]
         return joined([*(each.compiled for each in self._running), *copying])
 
@@ -260,10 +260,10 @@ class RunningTeams:
 
     def restore(self, kept: tuple[Array, list[Any]]) -> None:
         """Go on as when that snapshot was taken; arrays keep their place in memory."""
-        shown, teams = kept
+        minds, teams = kept
         for each, own in zip(self._running, teams, strict=True):
             each.restore(own)
-        self.minds[...] = shown
+        self.minds[...] = minds
 
 
 @row_template

@@ -158,14 +158,14 @@ def spans_of(layout: FieldLayout, dtypes: Mapping[str, RecordType]) -> Spans:
 
 def _joined(spans: Sequence[tuple[int, int, int, int]]) -> Spans:
     """Spans of which one goes on where the one before it ended are one."""
-    found: list[list[int]] = []
+    joined: list[list[int]] = []
     for source, at, count, to in spans:
-        before = found[-1] if found else None
+        before = joined[-1] if joined else None
         if before and before[0] == source and before[1] + before[2] == at:
             before[2] += count
         else:
-            found.append([source, at, count, to])
-    return np.array(found, np.uint64).reshape(-1, 4)
+            joined.append([source, at, count, to])
+    return np.array(joined, np.uint64).reshape(-1, 4)
 
 
 def words_of(records: Array) -> Words:

@@ -58,13 +58,13 @@ class PolicyInterface:
     target: str | None = None
     """The observed vector whose direction is observed too where observations are normalised."""
     walk: tuple[FieldPath, ...] = ()
-    """The course of the robot's random walk, which is observed in the place of that direction
+    """The course of the robot's random walk, which is observed instead of that direction
     where there is none; then the motion has reflexes that can be kept, too."""
 
     def layout(self, scenario: BaseScenario, has_walk: bool) -> FieldLayout:
         """What each number of an observation is in a scenario."""
-        shown = self.observes + (self.walk if has_walk else ())
-        return layout_of(shown, self.sizes(scenario), scenario)
+        fields = self.observes + (self.walk if has_walk else ())
+        return layout_of(fields, self.sizes(scenario), scenario)
 
     @property
     def action(self) -> FieldLayout:

@@ -37,10 +37,10 @@ class Randomisation:
         self.ranges: dict[str, tuple[Number, Number]] = {}
         """Low and high of each number, by its whole dotted name."""
         known = leaves(scenario.model_dump())
-        for given, pair in ranges.items():
-            name = resolve(given, known, "scenario parameter")
+        for key, pair in ranges.items():
+            name = resolve(key, known, "scenario parameter")
             if name in self.ranges:
-                raise ConfigError(f"randomise: {name} is given twice, once as '{given}'")
+                raise ConfigError(f"randomise: {name} is given twice, once as '{key}'")
             if name in scenario.unread:
                 raise ConfigError(
                     f"randomise: {name} changes nothing in '{scenario.name}', where"

@@ -60,11 +60,11 @@ def has_estimators(minds: Array) -> bool:
 
 
 def estimators_of(minds: Array) -> Array:
-    """What the estimators of robots keep; ConfigError where no robot has one."""
+    """The records of the robots' estimators; ConfigError if no robot has one."""
     if not has_estimators(minds):
         raise ConfigError(
-            "exchange, situation: no robot here has layers to be shown them, as the policy of"
-            " all is everything; take one that learns the weighting, the motion or both"
+            "exchange, situation: no robot here has an estimator, as the policy replaces"
+            " everything; learn the weighting, the motion or both"
         )
     estimators: Array = minds["estimator"]
     return estimators
@@ -74,14 +74,15 @@ def estimators_of(minds: Array) -> Array:
 class RawControl:
     """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
 
-    said: type[Record]
-    """What the policy says beside what it commands, and what it hears."""
+    messages: type[Record]
+    """Record of the messages that the policy sends and receives."""
     apply_action: Kernel
-    """Commands what the action says; of one robot and what it said."""
+    """Writes the command of a robot; arguments: the robot and its messages."""
     hear_words: Kernel
-    """Writes what a robot hears; of the world's arrays, what all said, world and robot."""
+    """Writes the received messages of a robot; arguments: arrays of the world, messages of all
+    robots, world and robot."""
     sizes: Callable[..., Sizes]
-    """Sizes of the named axes of what is said in a scenario."""
+    """Sizes of the named axes of the messages in a scenario."""
     name: str = "policy"
 
     def build(self, world: Any, seeds: Sequence[int], each: Sequence[object]) -> "RunningPolicy":  # noqa: ANN401 of its task
@@ -89,7 +90,7 @@ class RawControl:
         return self.build_team(world, seeds, [[self] * world.n_robots])
 
     def language(self, scenario: BaseScenario) -> object:
-        """What is said is words, whose meaning is the policy's."""
+        """The messages are words whose meaning only this policy knows."""
         return self
 
     def build_team(
@@ -110,7 +111,7 @@ class RawControl:
 
 
 class RunningPolicy:
-    """Carries out what a learner of everything does."""
+    """Applies the actions of a learner of everything, and delivers its messages."""
 
     has_rules = False
 
@@ -122,13 +123,13 @@ class RunningPolicy:
     ) -> None:
         self._policy, self._world = policy, world
         shape = world.n_worlds, world.n_robots
-        self.minds: Array = self._said(shape)
+        self.minds: Array = self._messages(shape)
         self._nothing = NoMemory.array(shape), np.zeros((*shape, 0)), Membership.array(shape)
         self._nothing[2]["is_member"] = np.isin(range(world.n_robots), robots)
 
     @property
     def compiled(self) -> CompiledLayers:
-        """What robots command and are told, for one call with the worlds."""
+        """Kernels and arrays of commands and messages, for one call with the worlds."""
         functions: dict[str, Kernel] = {
             "apply_action": self._policy.apply_action,
             "hear_words": self._policy.hear_words,
@@ -136,7 +137,7 @@ class RunningPolicy:
             "observe_world": hear_world,
             "set_stream": set_no_stream,
         }
-        firsts = self._said((1,)), NoMemory.array((1,))
+        firsts = self._messages((1,)), NoMemory.array((1,))
         arrays = self.minds, *self._nothing
         return CompiledLayers(functions, arrays, firsts, has_beliefs=False)
 
@@ -151,19 +152,19 @@ class RunningPolicy:
         """There are no numbers."""
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Forget what was said in the worlds first .. last - 1."""
-        self._policy.said.restart(self.minds[first:last])
+        """Clear the messages of the worlds first .. last - 1."""
+        self._policy.messages.restart(self.minds[first:last])
 
     def snapshot(self) -> Array:
-        """What was said."""
+        """A copy of the messages."""
         return self.minds.copy()
 
-    def restore(self, kept: Array) -> None:
-        """Go on from what was said then."""
-        self.minds[...] = kept
+    def restore(self, snapshot: Array) -> None:
+        """Continue from a snapshot."""
+        self.minds[...] = snapshot
 
-    def _said(self, shape: tuple[int, ...]) -> Array:
-        return self._policy.said.array(shape, **self._policy.sizes(self._world.scenario))
+    def _messages(self, shape: tuple[int, ...]) -> Array:
+        return self._policy.messages.array(shape, **self._policy.sizes(self._world.scenario))
 
     def check_on_gpu(self) -> None:
         """A GPU runs it."""

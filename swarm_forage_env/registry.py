@@ -169,8 +169,8 @@ def load_plugins() -> None:
 
 def left_out() -> str:
     """Which plug-ins could not be imported, and why; empty if all could."""
-    told = (f"'{each.name}' ({each.value}): {why}" for each, why in _left_out.items())
-    return f"left out: plug-in {', '.join(told)}" if _left_out else ""
+    reasons = (f"'{each.name}' ({each.value}): {why}" for each, why in _left_out.items())
+    return f"left out: plug-in {', '.join(reasons)}" if _left_out else ""
 
 
 def _reason(error: BaseException) -> str:

@@ -74,8 +74,8 @@ def _named(name: str) -> BaseScenario:
             f"no scenario named {name!r}: it is a controller, and the scenario comes first, as in"
             f" `es1 {name}`"
         )
-    found: BaseScenario = SCENARIOS[name]
-    return found
+    scenario: BaseScenario = SCENARIOS[name]
+    return scenario
 
 
 def from_toml(file: Path) -> BaseScenario:

@@ -119,8 +119,8 @@ def llvm_text_of(
     names. What it returns is the expression `call` of them, in which the function is `called`.
     `shapes` are those of arrays whose shape depends on the numbers, as expressions of them.
     """
-    told = {name: str(each.shape) for name, each in arrays.items()} | dict(shapes or {})
-    views = ", ".join(f"carray({name}, {shape})" for name, shape in told.items())
+    shape_of = {name: str(each.shape) for name, each in arrays.items()} | dict(shapes or {})
+    views = ", ".join(f"carray({name}, {shape})" for name, shape in shape_of.items())
     text = (
         f"def {ENTRY}({', '.join((*arrays, *numbers))}):\n"
         f"    {', '.join(arrays)}, = {views},\n    return {call}\n"

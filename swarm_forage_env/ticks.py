@@ -147,7 +147,7 @@ def begin_worlds(
 
 @kernel
 def nothing(*arrays: object) -> None:
-    """Do nothing: stands for a stage of a tick that is not to be run."""
+    """Do nothing: replaces a stage of a tick that is not to be run."""
 
 
 STAGES = {

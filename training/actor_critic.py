@@ -124,11 +124,11 @@ class RecurrentActorCritic(ActorCritic):
         return torch.cat(parts)
 
     def each_state(self, encoded: Tensor, states: Tensor, ends: Tensor) -> Tensor:
-        """The states after each decision, of which no number is asked for on the way."""
+        """The states after each decision; nothing is copied to the host meanwhile."""
         gru, after = self.gru, []
         (weights,) = gru.all_weights
-        for given, going_on in zip(encoded, 1.0 - ends, strict=True):
-            after.append(torch.gru_cell(given, states, *weights))
+        for inputs, going_on in zip(encoded, 1.0 - ends, strict=True):
+            after.append(torch.gru_cell(inputs, states, *weights))
             states = after[-1] * going_on[:, None]
         return torch.stack(after)
 

@@ -84,9 +84,9 @@ def read_checkpoint(
         raise unreadable(file, str(error).splitlines()[0]) from None
     if record.sha256 not in {"", record.hashed(arrays)}:
         raise unreadable(file, "its content is damaged")
-    kept = record.experiment
-    for name in (*identity, *sorted(kept.keys() - identity.keys())):
-        there, here = kept.get(name, "missing"), identity.get(name, "missing")
+    recorded = record.experiment
+    for name in (*identity, *sorted(recorded.keys() - identity.keys())):
+        there, here = recorded.get(name, "missing"), identity.get(name, "missing")
         if there != here:
             raise ConfigError(
                 f"--out {file.parent}: holds an experiment with {name} = {there}, not"
@@ -103,7 +103,7 @@ def read_checkpoint(
 
 def unreadable(file: Path, why: str) -> ConfigError:
     """The ConfigError for a checkpoint that cannot be used."""
-    return ConfigError(f"checkpoint {file}: cannot be read ({why}); remove it to start anew")
+    return ConfigError(f"checkpoint {file}: cannot be read ({why}); remove it to start again")
 
 
 def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:

@@ -229,7 +229,7 @@ def record_exchanges(
 
 
 class ErrorRewardVecEnv(TensorVecEnv):
-    """Rewards a learner for the error reduction in its exchange, in the place of round trips.
+    """Rewards a learner for the error reduction in its exchange, instead of round trips.
 
     Its blocks step on exchanges, among robots that exchange the places of areas.
     """

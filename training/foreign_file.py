@@ -111,5 +111,5 @@ def _too_large(size: int, largest: int) -> str:
 def _unreadable(file: Path, what: str, error: Exception) -> ConfigError:
     why = error.strerror if isinstance(error, OSError) else str(error)
     name = str(file)
-    shown = name if len(name) <= 200 else f"{name[:200]}..."
-    return ConfigError(f"{what} {shown}: cannot be read ({why})")
+    short_name = name if len(name) <= 200 else f"{name[:200]}..."
+    return ConfigError(f"{what} {short_name}: cannot be read ({why})")

@@ -61,10 +61,10 @@ def imported(name: str) -> object:
     if here not in sys.path:
         sys.path.append(here)
     try:
-        found: object = getattr(import_module(home), own)
+        part: object = getattr(import_module(home), own)
     except (ImportError, AttributeError, ValueError) as error:
         raise ConfigError(f"'{name}': {error}") from None
-    return found
+    return part
 
 
 def module_file(part: object) -> Path:

@@ -80,9 +80,9 @@ class PolicyController(LayeredController):
                 beside = beside or changed._written_on(card)
         if beside is not None:
             changed = changed._beside(beside)
-        found = super(PolicyController, changed).with_parameters(own)
-        assert isinstance(found, PolicyController)
-        return found
+        controller = super(PolicyController, changed).with_parameters(own)
+        assert isinstance(controller, PolicyController)
+        return controller
 
     def build(  # type: ignore[override]  # a running controller of another class
         self, world: World, seeds: Sequence[int], each: Sequence["PolicyController"]

@@ -138,8 +138,8 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         if self.num_envs == 1:
             return self.env.actions.matrix(actions[0])
         of_all = [(agent, w) for w, each in enumerate(actions) for agent in each]
-        given = {f"{agent} of world {w}": actions[w][agent] for agent, w in of_all}
-        return self.env.actions.matrix(given)
+        by_agent = {f"{agent} of world {w}": actions[w][agent] for agent, w in of_all}
+        return self.env.actions.matrix(by_agent)
 
     def _by_agent(self, observations: Float32[Array, "worlds learners numbers"]) -> list[OfAgents]:
         return [dict(zip(self.env.learners, world, strict=True)) for world in observations]
@@ -209,8 +209,8 @@ def _acting(module: RLModule, config: AlgorithmConfig) -> Callable[[Tensor], Ten
     distribution, space = fixed.get_inference_action_dist_cls(), fixed.action_space
 
     def act(observed: Tensor) -> Tensor:
-        given = fixed.forward_inference({Columns.OBS: observed})
-        drawn_from = distribution.from_logits(given[Columns.ACTION_DIST_INPUTS])
+        outputs = fixed.forward_inference({Columns.OBS: observed})
+        drawn_from = distribution.from_logits(outputs[Columns.ACTION_DIST_INPUTS])
         action: Tensor = drawn_from.to_deterministic().sample()
         if isinstance(space, Discrete) or not config.normalize_actions:
             return action

@@ -93,9 +93,9 @@ class Pickled(BaseModel, frozen=True):
     def numbers(self) -> Array:
         """Its numbers of single precision, row by row, without unpickling; none in another form."""
         with suppress(ValueError):
-            told = [each for _, each, _ in islice(genops(b64decode(self.content)), 60)]
-            if "f4" in told and "C" in told:
-                content = next((each for each in told if isinstance(each, bytes | bytearray)), b"")
+            parts = [each for _, each, _ in islice(genops(b64decode(self.content)), 60)]
+            if "f4" in parts and "C" in parts:
+                content = next((each for each in parts if isinstance(each, bytes | bytearray)), b"")
                 return np.frombuffer(content, np.float32)
         return np.zeros(0, np.float32)
 
@@ -405,14 +405,14 @@ def _distribution(
     if isinstance(model, RecurrentActorCriticPolicy):
         assert states is not None, "an LSTM has states"
         hidden, cell = (torch.tensor(each) for each in states)
-        told, (hidden, cell) = model.get_distribution(
+        actions, (hidden, cell) = model.get_distribution(
             observed, (hidden, cell), torch.zeros(len(observed))
         )
         after = hidden.numpy(), cell.numpy()
     else:
-        told = model.get_distribution(observed)
-    assert isinstance(told.distribution, Distribution), "its actions are no dictionary"
-    return told.distribution, after
+        actions = model.get_distribution(observed)
+    assert isinstance(actions.distribution, Distribution), "its actions are no dictionary"
+    return actions.distribution, after
 
 
 def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> None:
@@ -452,11 +452,11 @@ def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
 
     A number is looked at where it is of the layer; in SI units only its sign is the same anywhere.
     """
-    given, taken, other = saved.action_space, form.action_space, ""
-    if isinstance(taken, Box):
-        bounds = [tuple(float(str(end)) for end in ends) for ends in (taken.low, taken.high)]
-        if given.low and [given.low, given.high] != bounds:
-            other = f"gives actions from {shown(given.low)} to {shown(given.high)}; here they are"
+    space, here, other = saved.action_space, form.action_space, ""
+    if isinstance(here, Box):
+        bounds = [tuple(float(str(end)) for end in ends) for ends in (here.low, here.high)]
+        if space.low and [space.low, space.high] != bounds:
+            other = f"gives actions from {shown(space.low)} to {shown(space.high)}; here they are"
             other += f" from {shown(bounds[0])} to {shown(bounds[1])}"
     layout, size = form.observer.layout, 1.0 if form.config.normalise else np.inf
     n = min((first for first, _ in form.observer.features), default=len(layout))

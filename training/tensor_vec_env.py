@@ -129,7 +129,7 @@ class TensorVecEnv:
 
     def check_shares(self, n: int, together: int) -> None:
         """ConfigError where rows are no n equal parts of rows that go together."""
-        first, told = self.blocks[0], f"{n} policies side by side"
+        first, what = self.blocks[0], f"{n} policies side by side"
         if together < 1 or self.n_rows // n % together:
             raise ConfigError(
                 f"rows_together={together}: must divide the {self.n_rows // n} rows of a policy;"
@@ -139,11 +139,11 @@ class TensorVecEnv:
             return
         if len(self.blocks) > 1 or first.n_worlds % n:
             raise ConfigError(
-                f"{told}: have equal parts of the worlds of one scenario; take one, and a multiple"
+                f"{what}: have equal parts of the worlds of one scenario; take one, and a multiple"
                 f" of {n} worlds"
             )
         if first.config.step_on == "exchange":
-            raise ConfigError(f"{told}: act in every step; leave step_on='exchange' out")
+            raise ConfigError(f"{what}: act in every step; leave step_on='exchange' out")
 
     def reset(self) -> Tensor:
         """Reset all worlds; return the observation of every row."""

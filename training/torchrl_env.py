@@ -193,8 +193,8 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         action = tensordict.get((self.group, "action"))
         if self._is_one_hot:
             action = action.to(torch.uint8).argmax(-1)
-        given = array_for(self.array_env, action)
-        observations, rewards, _, _, infos = self.array_env.step(given)
+        array = array_for(self.array_env, action)
+        observations, rewards, _, _, infos = self.array_env.step(array)
         return self._told(observations, infos, rewards)
 
     def _told(
@@ -206,8 +206,8 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         never = torch.zeros_like(done)
         info = dict(zip(self.array_env.infos, _float(env.log()).unbind(-1), strict=True))
         for name, numbers in infos.items():
-            told = _float(numbers)
-            info[name] = told if told.ndim > 1 else told[:, None].expand(per_robot)
+            tensor = _float(numbers)
+            info[name] = tensor if tensor.ndim > 1 else tensor[:, None].expand(per_robot)
         group = {
             "observation": tensor_of(observations),
             "info": TensorDict(info, per_robot, device=device),
@@ -232,9 +232,9 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
             observations["state"] = _spec(env.state_space, worlds)
         earned = {"reward": Unbounded(shape=(*per_robot, 1))}
         flag = Categorical(2, shape=(1,), dtype=torch.bool)
-        given = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
+        specs = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
         self.observation_spec = Composite(observations, shape=worlds).to(self.device)
-        self.action_spec = self._of_group(given)
+        self.action_spec = self._of_group(specs)
         self.reward_spec = self._of_group(earned)
         ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
         of_worlds = {name: flag.expand(*worlds, 1) for name in ENDS}

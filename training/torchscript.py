@@ -54,8 +54,8 @@ def save_torchscript(
             raise ConfigError(f"policy {path}: cannot be saved as TorchScript ({why})") from None
     mixed = torch.cat([others[:-1], first[:1]])
     alike = [(act(others), script(others)), (act(first)[:1], act(mixed)[-1:])]
-    for wanted, found in alike:
-        if not torch.allclose(wanted.float(), found.float(), atol=TOLERANCE):
+    for wanted, scripted in alike:
+        if not torch.allclose(wanted.float(), scripted.float(), atol=TOLERANCE):
             raise ConfigError(
                 f"policy {path}: cannot be saved as TorchScript, as its actions depend on more"
                 " than what the robot observes itself"

@@ -46,7 +46,7 @@ WORLDS = {"cma": 8, "imitation": 24, "ppo": 8, "ppo of everything": 64, ON_GPU: 
 
 
 def _option(text: str, default: str | dict[str, int]) -> object:
-    """An option whose default depends on others, and is told in words."""
+    """An option whose default depends on others, and is described in words."""
     if not isinstance(default, str):
         default = ", ".join(f"{algorithm}: {number}" for algorithm, number in default.items())
     return Option(help=text, show_default=default)

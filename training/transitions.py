@@ -101,25 +101,25 @@ def card_in(folder: str | Path, policy: str) -> PolicyCard:
 
 
 def _files(folder: Path, policy: str | None) -> list[Path]:
-    found: dict[tuple[Path, str], Path] = {}
+    files: dict[tuple[Path, str], Path] = {}
     for file in sorted(folder.glob(f"scenario=*/policy=*/*{TRANSITIONS}")):
         episode = file.parent, file.name.rpartition("-")[2]
         if policy not in (None, _policy_of(file)):
             continue
-        if episode in found:
+        if episode in files:
             raise ConfigError(
-                f"transitions {folder}: {found[episode].name} and {file.name} are one episode under"
+                f"transitions {folder}: {files[episode].name} and {file.name} are one episode under"
                 " other numbers or another version of the code; remove one, or record again into"
                 " another folder"
             )
-        found[episode] = file
-    if not found:
+        files[episode] = file
+    if not files:
         what = "none" if policy is None else f"none of policy '{policy}'"
         raise ConfigError(
             f"transitions {folder}: holds {what}; record some with swarm-forage dataset es1"
             f" {policy or 'ssgikf'} --out {folder}"
         )
-    return list(found.values())
+    return list(files.values())
 
 
 def _policy_of(file: Path) -> str:

@@ -14,37 +14,37 @@ from swarm_forage_env.waypoints.records import Exchange, Readings
 
 
 @kernel
-def describe_correction(crowd: Array, i: int, sightings: Array, exchange: Exchange) -> None:
+def describe_correction(minds: Array, i: int, sightings: Array, exchange: Exchange) -> None:
     """Describe the correction that a robot which sees another, or is seen, is about to make.
 
     The neighbours that see the robot place it; `disagreement` is the distance to their mean.
     """
-    n_robots, n, n_back, heard, x, y = crowd.shape[0], 0, 0, 0.0, 0.0, 0.0
+    n_robots, n, n_back, heard, x, y = minds.shape[0], 0, 0, 0.0, 0.0, 0.0
     for j in range(n_robots):
         back = sightings[j, i]
         if sightings[i, j].seen or back.seen:
             n += 1
-            heard += crowd[j].covariance_norm
+            heard += minds[j].covariance_norm
         if back.seen:
             n_back += 1
-            pose = crowd[j].belief.pose
+            pose = minds[j].belief.pose
             direction = float(back.bearing) + pose[2]
             c, s = cos_sin(direction)
             x += pose[0] + float(back.range) * c
             y += pose[1] + float(back.range) * s
     exchange.is_valid = n > 0
     exchange.neighbours = n / n_robots
-    exchange.own_covariance_norm = crowd[i].covariance_norm
+    exchange.own_covariance_norm = minds[i].covariance_norm
     exchange.heard_covariance_norm = heard / n if n > 0 else 0.0
     exchange.disagreement = 0.0
     if n_back > 0:
-        own = crowd[i].belief.pose
+        own = minds[i].belief.pose
         exchange.disagreement = hypot(x / n_back - own[0], y / n_back - own[1])
 
 
 @kernel
 def away_from_one_by_one(
-    crowd: Array, i: int, sightings: Array, numbers: Numbers
+    minds: Array, i: int, sightings: Array, numbers: Numbers
 ) -> tuple[float, float]:
     """Separation as in the authors' code, which steers after each neighbour.
 
@@ -53,11 +53,11 @@ def away_from_one_by_one(
 
     Source: BOIDS, authors' code.
     """
-    own, x, y, dx, dy, n = crowd[i].belief, 0.0, 0.0, 0.0, 0.0, 0
-    for j in range(crowd.shape[0]):
+    own, x, y, dx, dy, n = minds[i].belief, 0.0, 0.0, 0.0, 0.0, 0
+    for j in range(minds.shape[0]):
         if not sightings[i, j].seen:
             continue
-        pose = crowd[j].belief.pose
+        pose = minds[j].belief.pose
         ax, ay = own.pose[0] - pose[0], own.pose[1] - pose[1]
         d = hypot(ax, ay)
         if 0.0 < d < numbers.reach:
@@ -72,21 +72,21 @@ def away_from_one_by_one(
 
 
 @kernel
-def sum_neighbours(crowd: Array, i: int, sightings: Array, reach: float) -> tuple[int, int]:
+def sum_neighbours(minds: Array, i: int, sightings: Array, reach: float) -> tuple[int, int]:
     """Write the means over the robots seen and believed in reach; zeros without any.
 
     Returns the numbers of robots seen, and of those believed in reach.
 
     Source: BOIDS, Eq. 21 to 23.
     """
-    own, means, n_seen, n = crowd[i].belief.pose, crowd[i].neighbours, 0, 0
+    own, means, n_seen, n = minds[i].belief.pose, minds[i].neighbours, 0, 0
     for k in range(2):
         means.position[k] = means.velocity[k] = means.away[k] = 0.0
-    for j in range(crowd.shape[0]):
+    for j in range(minds.shape[0]):
         if not sightings[i, j].seen:
             continue
         n_seen += 1
-        other = crowd[j].belief
+        other = minds[j].belief
         if 0.0 < hypot(own[0] - other.pose[0], own[1] - other.pose[1]) < reach:
             n += 1
             for k in range(2):
@@ -107,19 +107,19 @@ def turn_to_body(x: float, y: float, compass: float, out: Float32[Array, "2"]) -
 
 
 @kernel
-def describe_flock(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> None:
+def describe_flock(minds: Array, i: int, sightings: Array, numbers: Numbers) -> None:
     """Write the vectors to the flock (centre, separation, alignment) and the density, rho.
 
     The alignment is the neighbours' mean velocity, the separation the sum of the displacements
     from them; in the authors' code their mean position, and `away_from_one_by_one`.
     """
-    mind, situation = crowd[i], crowd[i].situation
-    n_seen, n = sum_neighbours(crowd, i, sightings, numbers.reach)
+    mind, situation = minds[i], minds[i].situation
+    n_seen, n = sum_neighbours(minds, i, sightings, numbers.reach)
     means, pose, compass = mind.neighbours, mind.belief.pose, mind.compass
     x, y = means.away[0], means.away[1]
     towards = means.velocity
     if numbers.authors > 0.0:
-        x, y = away_from_one_by_one(crowd, i, sightings, numbers)
+        x, y = away_from_one_by_one(minds, i, sightings, numbers)
         towards = means.position
     turn_to_body(x, y, compass, situation.separation)
     turn_to_body(towards[0], towards[1], compass, situation.alignment)
@@ -127,7 +127,7 @@ def describe_flock(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> 
     if n > 0:
         x, y = means.position[0] - pose[0], means.position[1] - pose[1]
     turn_to_body(x, y, compass, situation.centre)
-    situation.density = n_seen / crowd.shape[0]
+    situation.density = n_seen / minds.shape[0]
 
 
 @kernel
@@ -149,8 +149,8 @@ def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
 
 
 @kernel
-def describe(crowd: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers) -> None:
+def describe(minds: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers) -> None:
     """Write the inputs of both layers of one robot, by the present beliefs of all."""
-    describe_correction(crowd, i, sightings, crowd[i].exchange)
-    describe_flock(crowd, i, sightings, numbers)
-    describe_self(crowd[i], readings, numbers)
+    describe_correction(minds, i, sightings, minds[i].exchange)
+    describe_flock(minds, i, sightings, numbers)
+    describe_self(minds[i], readings, numbers)

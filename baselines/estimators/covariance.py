@@ -122,11 +122,11 @@ def accumulate_ellipse(
 
 
 @kernel
-def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Start, continue or end the exchange of robot i, ellipses included; whether it ended."""
-    belief = crowd[i].belief
+    belief = minds[i].belief
     was_alone = belief.partner == NOBODY
-    has_ended = update_exchange(crowd, i, heard, numbers)
+    has_ended = update_exchange(minds, i, heard, numbers)
     if belief.partner != NOBODY:
         belief.last_partner = belief.partner
     elif was_alone:
@@ -137,7 +137,7 @@ def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
                 belief.heard_cov[area, entry] = 0.0
     slot = slot_of(heard, belief.last_partner)
     if slot < heard.n:
-        accumulate_ellipse(belief, crowd[belief.last_partner].message, heard, slot)
+        accumulate_ellipse(belief, minds[belief.last_partner].message, heard, slot)
     return has_ended
 
 
@@ -154,7 +154,7 @@ def gain_matrix(A: Matrix, B: Matrix) -> Gain:
 
         K = A (A + B)^-1
 
-    Where A + B has no inverse, the ratio of the norms stands for it; 1/2 where both are 0.
+    Where A + B has no inverse, the ratio of the norms replaces it; 1/2 where both are 0.
 
     Source: TR, Eq. 22.
     """

@@ -64,7 +64,7 @@ class IntersectionMind(PoseMind):
 
 
 @kernel
-def weigh_told(crowd: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
+def weigh_told(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
     """The weights of covariance intersection, in closed form; they sum to one.
 
         I_q = (P^q)^-1,   S = sum_q I_q
@@ -79,17 +79,17 @@ def weigh_told(crowd: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
     for q in range(n):
         for a in range(3):
             for b in range(3):
-                S[a, b] += crowd[q].told.inverse[a, b]
+                S[a, b] += minds[q].told.inverse[a, b]
     det_S, total = determinant3(S), 0.0
     for j in range(n):
-        inverse = crowd[j].told.inverse
+        inverse = minds[j].told.inverse
         for a in range(3):
             for b in range(3):
                 rest[a, b] = S[a, b] - inverse[a, b]
-        crowd[j].told.weight = det_S - determinant3(rest) + determinant3(inverse)
-        total += crowd[j].told.weight
+        minds[j].told.weight = det_S - determinant3(rest) + determinant3(inverse)
+        total += minds[j].told.weight
     for j in range(n):
-        crowd[j].told.weight /= total
+        minds[j].told.weight /= total
 
 
 @kernel
@@ -131,7 +131,7 @@ def add_sight_noise(
 
 
 @kernel
-def hear_pose(crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told) -> None:
+def hear_pose(minds: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told) -> None:
     """Robot j's estimate of the pose of robot i, which it sees, and its covariance.
 
     Heading: theta_i = theta_j + b_ji + pi - b_ij, by the bearings at which they see each other.
@@ -140,11 +140,11 @@ def hear_pose(crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, 
     """
     far, back = float(sightings[j, i].range), float(sightings[j, i].bearing)
     bearing = float(sightings[i, j].bearing)
-    own, other, P = crowd[i].said.pose, crowd[j].said.pose, told.P
-    copy3(crowd[j].said.P, P)
+    own, other, P = minds[i].said.pose, minds[j].said.pose, told.P
+    copy3(minds[j].said.P, P)
     if numbers.authors > 0.0:
-        direction = back + 2.0 * crowd[j].compass - other[2]
-        ahead = bearing + 2.0 * crowd[i].compass - own[2]
+        direction = back + 2.0 * minds[j].compass - other[2]
+        ahead = bearing + 2.0 * minds[i].compass - own[2]
         told.pose[2] = own[2] - wrap(direction + math.pi - ahead)
         P[0, 0] += numbers.range_noise
         P[1, 1] += numbers.range_noise
@@ -158,7 +158,7 @@ def hear_pose(crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, 
 
 
 @kernel
-def fuse(crowd: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
+def fuse(minds: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
     """The weighted intersection of the first n estimates of the list.
 
         P = (sum_j w_j I_j)^-1
@@ -169,7 +169,7 @@ def fuse(crowd: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
     identity3(0.0, information)
     vx, vy, vt = 0.0, 0.0, 0.0
     for q in range(n):
-        w, info, x = crowd[q].told.weight, crowd[q].told.inverse, crowd[q].told.pose
+        w, info, x = minds[q].told.weight, minds[q].told.inverse, minds[q].told.pose
         for a in range(3):
             for b in range(3):
                 information[a, b] += w * info[a, b]
@@ -182,22 +182,22 @@ def fuse(crowd: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
 
 
 @kernel
-def gather_told(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> int:
+def gather_told(minds: Array, i: int, sightings: Array, numbers: Numbers) -> int:
     """List the own estimate of robot i, and those by robots in mutual sight; their number."""
-    told, said, n = crowd[0].told, crowd[i].said, 1
+    told, said, n = minds[0].told, minds[i].said, 1
     inverse3(said.P, told.inverse)
     copy_pose(said.pose, told.pose)
-    for j in range(crowd.shape[0]):
+    for j in range(minds.shape[0]):
         if sightings[i, j].seen and sightings[j, i].seen:
-            told = crowd[n].told
-            hear_pose(crowd, i, j, sightings, numbers, told)
+            told = minds[n].told
+            hear_pose(minds, i, j, sightings, numbers, told)
             inverse3(told.P, told.inverse)
             n += 1
     return n
 
 
 @kernel
-def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -> None:
+def intersect(minds: Array, shared: Array, sightings: Array, numbers: Numbers) -> None:
     """Fuse every robot's estimate with its neighbours' estimates of it.
 
     The weight g in [0, 1] scales a correction: the neighbours keep g of their weights and the own
@@ -207,18 +207,18 @@ def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -
     Source: BOIDS, Eq. 3 to 5.
     """
     least = 2 if numbers.authors > 0.0 else 1
-    for i in range(crowd.shape[0]):
-        tell(crowd[i].belief, crowd[i].said)
-    for i in range(crowd.shape[0]):
-        n = gather_told(crowd, i, sightings, numbers)
+    for i in range(minds.shape[0]):
+        tell(minds[i].belief, minds[i].said)
+    for i in range(minds.shape[0]):
+        n = gather_told(minds, i, sightings, numbers)
         if n <= least:
             continue
-        weigh_told(crowd, n, crowd[i].total, crowd[i].rest)
-        share = float(crowd[i].exchange.weight[0])
+        weigh_told(minds, n, minds[i].total, minds[i].rest)
+        share = float(minds[i].exchange.weight[0])
         for q in range(n):
-            crowd[q].told.weight *= share
-        crowd[0].told.weight += 1.0 - share
-        fuse(crowd, n, crowd[i].total, crowd[i].belief)
+            minds[q].told.weight *= share
+        minds[0].told.weight += 1.0 - share
+        fuse(minds, n, minds[i].total, minds[i].belief)
 
 
 @ESTIMATORS.register("covariance_intersection")

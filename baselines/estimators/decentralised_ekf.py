@@ -92,7 +92,7 @@ def slipped_direction(mind: AuthorsMind, bearing: float) -> float:
 
 @kernel
 def correct_one(
-    crowd: Array, shared: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
+    minds: Array, shared: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
 ) -> None:
     """Correct robot i alone by its sighting of j, unless the correction is refused.
 
@@ -101,7 +101,7 @@ def correct_one(
 
     Source: BOIDS, authors' code.
     """
-    one, other, update = crowd[i].belief, crowd[j].said, crowd[i].update
+    one, other, update = minds[i].belief, minds[j].said, minds[i].update
     dx, dy = other.pose[0] - one.pose[0], other.pose[1] - one.pose[1]
     expected = hypot(dx, dy)
     if expected == 0.0:
@@ -109,13 +109,13 @@ def correct_one(
     product3_transposed(shared[i, j, FACTOR], shared[j, i, SAID], update.cross)
     join(one.P, other.P, update)
     sight_jacobian(dx, dy, 0.0, update.G)
-    share = float(crowd[i].exchange.weight[0])
+    share = float(minds[i].exchange.weight[0])
     joint_gain(update, share, numbers.range_noise, numbers.range_noise)
-    direction = slipped_direction(crowd[i], float(sighting.bearing))
+    direction = slipped_direction(minds[i], float(sighting.bearing))
     along = float(sighting.range) - expected
     across = direction - authors_bearing(direction, atan2(dy, dx), dy)
     left_over(update.joint, update.G, update.K, update.half)
-    if is_refused(crowd[i], along, across):
+    if is_refused(minds[i], along, across):
         return
     for a in range(3):
         one.pose[a] += update.K[a, 0] * along + update.K[a, 1] * across
@@ -140,20 +140,20 @@ def is_refused(mind: AuthorsMind, along: float, across: float) -> bool:
 
 @kernel
 def correct_each_alone(
-    crowd: Array, shared: Float64[Array, "robots robots 2 3 3"], sightings: Array, numbers: Numbers
+    minds: Array, shared: Float64[Array, "robots robots 2 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
     """Every robot corrects itself by all its sightings, from what was said before.
 
     Source: BOIDS, authors' code.
     """
-    for i in range(crowd.shape[0]):
-        tell(crowd[i].belief, crowd[i].said)
-        for j in range(crowd.shape[0]):
+    for i in range(minds.shape[0]):
+        tell(minds[i].belief, minds[i].said)
+        for j in range(minds.shape[0]):
             copy3(shared[i, j, FACTOR], shared[i, j, SAID])
-    for i in range(crowd.shape[0]):
-        for j in range(crowd.shape[0]):
+    for i in range(minds.shape[0]):
+        for j in range(minds.shape[0]):
             if sightings[i, j].seen:
-                correct_one(crowd, shared, i, j, sightings[i, j], numbers)
+                correct_one(minds, shared, i, j, sightings[i, j], numbers)
 
 
 @kernel
@@ -213,7 +213,7 @@ def move_pair(one: FilterMind, other: FilterMind, far: float, bearing: float) ->
 
 @kernel
 def correct_both(
-    crowd: Array, factors: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
+    minds: Array, factors: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
 ) -> None:
     """Correct robots i and j, and their factors, by the sighting of j by i, scaled by g.
 
@@ -222,7 +222,7 @@ def correct_both(
 
     Source: BOIDS, Eq. 13 to 20; Luft2018, Section 3.4.
     """
-    one, other, update = crowd[i].belief, crowd[j].belief, crowd[i].update
+    one, other, update = minds[i].belief, minds[j].belief, minds[i].update
     dx, dy = other.pose[0] - one.pose[0], other.pose[1] - one.pose[1]
     if hypot(dx, dy) < NEAREST:
         return
@@ -231,9 +231,9 @@ def correct_both(
     join(one.P, other.P, update)
     sight_jacobian(dx, dy, -1.0, update.G)
     var_range, var_bearing = numbers.range_noise**2, numbers.bearing_noise**2
-    joint_gain(update, float(crowd[i].exchange.weight[0]), var_range, var_bearing)
+    joint_gain(update, float(minds[i].exchange.weight[0]), var_range, var_bearing)
     correct_joint(update, var_range, var_bearing)
-    move_pair(crowd[i], crowd[j], float(sighting.range), float(sighting.bearing))
+    move_pair(minds[i], minds[j], float(sighting.range), float(sighting.bearing))
     update_factors(update.before[0], one.P, update, factors[i])
     update_factors(update.before[1], other.P, update, factors[j])
     for a in range(3):
@@ -244,13 +244,13 @@ def correct_both(
 
 @kernel
 def correct_by_sight(
-    crowd: Array, factors: Float64[Array, "robots robots 3 3"], sightings: Array, numbers: Numbers
+    minds: Array, factors: Float64[Array, "robots robots 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
     """Every sighting corrects both robots, in the order of their numbers."""
-    for i in range(crowd.shape[0]):
-        for j in range(crowd.shape[0]):
+    for i in range(minds.shape[0]):
+        for j in range(minds.shape[0]):
             if sightings[i, j].seen:
-                correct_both(crowd, factors, i, j, sightings[i, j], numbers)
+                correct_both(minds, factors, i, j, sightings[i, j], numbers)
 
 
 @ESTIMATORS.register("decentralised_ekf")

@@ -90,13 +90,13 @@ def is_useful(belief: Belief, message: Message, numbers: Numbers) -> bool:
 
 
 @kernel
-def find_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> int:
+def find_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> int:
     """The first sender worth talking to, NOBODY if there is none."""
-    belief = crowd[i].belief
+    belief = minds[i].belief
     for slot in range(heard.n):
         sender = heard.sender[slot]
         is_fresh = not was_recently_met(belief, sender)
-        if is_fresh and is_useful(belief, crowd[sender].message, numbers):
+        if is_fresh and is_useful(belief, minds[sender].message, numbers):
             return int(sender)
     return NOBODY
 
@@ -134,15 +134,15 @@ def accumulate_message(
 
 
 @kernel
-def has_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def has_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Robot i is in an exchange, or starts one with a robot not met recently."""
-    belief = crowd[i].belief
+    belief = minds[i].belief
     for k in range(belief.met_ticks_left.shape[0]):
         belief.met_ticks_left[k] = max(belief.met_ticks_left[k] - 1, 0)
     if belief.partner == NOBODY:
         if belief.ignore_ticks > 0 or heard.n == 0:
             return False
-        belief.partner = find_partner(crowd, i, heard, numbers)
+        belief.partner = find_partner(minds, i, heard, numbers)
         if belief.partner == NOBODY:
             return False
         belief.exchange_ticks_left = int(numbers.talk_ticks)
@@ -166,15 +166,15 @@ def end_in_time(belief: Belief, numbers: Numbers) -> bool:
 
 
 @kernel
-def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def update_exchange(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Start, continue or end the exchange of robot i; whether it ended in this tick."""
-    if not has_partner(crowd, i, heard, numbers):
+    if not has_partner(minds, i, heard, numbers):
         return False
-    belief = crowd[i].belief
+    belief = minds[i].belief
     slot = slot_of(heard, belief.partner)
     if slot < heard.n:
         beam, weight = heard.range_bearing[slot], float(heard.n_averaged[slot])
-        message = crowd[belief.partner].message
+        message = minds[belief.partner].message
         accumulate_message(belief, message, beam, weight, numbers.message_path)
     return end_in_time(belief, numbers)
 
@@ -260,7 +260,7 @@ def in_steps(value: float, step: float, n_steps: float) -> float:
 
 @kernel
 def round_estimate(message: Message, area: int, n_steps: float) -> None:
-    """Round what is told of an area to words of as many values as there are steps.
+    """Round the estimate of an area to words of as many values as there are steps.
 
     Distance and p in steps of DISTANCE_RANGE / n and P_RANGE / n, direction of 2 pi / n.
     """

@@ -1,4 +1,4 @@
-"""No estimator: the motion goes by what the sensors of an e-puck say."""
+"""No estimator: the motion uses the sensors of an e-puck directly."""
 
 from typing import ClassVar
 

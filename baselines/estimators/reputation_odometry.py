@@ -13,7 +13,7 @@ Not in the papers, and chosen here:
 - it is found out when the robot enters the area, when it gets lost at the place where it should
   be, or at once if the robot stood on the area itself within the last `sure_within` of its path;
 - what was told more than `remembers_within` of path ago neither counts nor is found out;
-- robots are told apart by the number that they broadcast, which nobody forges;
+- robots are identified by the number that they broadcast, which nobody forges;
 - reputations are the robot's own: nobody tells them;
 - all that `sceptical_odometry` chose.
 """
@@ -186,14 +186,14 @@ def update_belief(
 
 
 @kernel
-def listen_and_remember(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def listen_and_remember(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Start, continue or end the exchange of robot i, and remember what was told in it."""
-    has_ended = listen(crowd, i, heard, numbers)
+    has_ended = listen(minds, i, heard, numbers)
     if has_ended:
-        describe_teller(crowd[i], numbers)
+        describe_teller(minds[i], numbers)
         for area in range(2):
-            if crowd[i].belief.heard_weight[area] > 0.0:
-                remember(crowd[i], area, numbers)
+            if minds[i].belief.heard_weight[area] > 0.0:
+                remember(minds[i], area, numbers)
     return has_ended
 
 
@@ -239,18 +239,18 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
 
     weighs_unknown: bool = Field(
         False,
-        description="What is told of an area that the robot does not know is copied if the"
+        description="The estimate of an area that the robot does not know is copied if the"
         " weighting gives it at least one half; false: if a second witness confirms it (chosen)",
     )
     slack: NotNegative = Field(
-        0.3, description="What is told may be this far off and be right [m] (chosen)"
+        0.3, description="A received estimate may be this far off and be right [m] (chosen)"
     )
     drift: NotNegative = Field(
         0.05, description="And this much farther for each metre travelled since (chosen)"
     )
     sure_within: NotNegative = Field(
         4.0,
-        description="What is told is judged by the own place of the area within this path from the"
+        description="An estimate is judged by the own place of the area within this path from the"
         " area [m] (chosen)",
     )
     remembers_within: NotNegative = Field(

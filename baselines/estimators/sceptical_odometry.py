@@ -55,10 +55,10 @@ class ScepticalMind(SocialMind):
 
 
 @kernel
-def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Start, continue or end the exchange of robot i, and remember with whom; whether it ended."""
-    belief = crowd[i].belief
-    has_ended = update_exchange(crowd, i, heard, numbers)
+    belief = minds[i].belief
+    has_ended = update_exchange(minds, i, heard, numbers)
     if belief.partner != NOBODY:
         belief.last_partner = belief.partner
     return has_ended

@@ -195,12 +195,12 @@ class SocialOdometryParameters(Parameters):
     )
     listens_above: NotNegative = Field(
         0.0,
-        description="It stops for what is told of an area that it knows only while its own p of it"
+        description="It stops for estimates of an area that it knows only while its own p of it"
         " is at least this [m]; 0: always, as in TR 5.2 (published)",
     )
     payload: Literal["float32", "int16", "int8"] = Field(
         "float32",
-        description="Distance, direction and p are told in words of so many bits, rounded, as a"
+        description="Distance, direction and p are sent as words of this many bits, rounded, as a"
         " board sends them. Not in the papers (chosen)",
     )
     refractory: NotNegative = Field(

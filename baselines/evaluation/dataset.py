@@ -87,8 +87,8 @@ def folder_name(name: str, prefix: str = "") -> str:
     """
     quoted = prefix + quote(name, safe="")
     if quoted in {"", ".", ".."} or len(quoted) > LONGEST_NAME:
-        shown = name if len(name) < 40 else f"{name[:40]}..."
-        raise ConfigError(f"name='{shown}': cannot name a folder; give it another name")
+        short_name = name if len(name) < 40 else f"{name[:40]}..."
+        raise ConfigError(f"name='{short_name}': cannot name a folder; give it another name")
     return quoted
 
 
@@ -137,11 +137,11 @@ class Dataset:
 
     def files(self, configuration: ExperimentConfig) -> dict[range, Path]:
         """The files of a configuration by the seeds that they hold, those of most seeds first."""
-        name, found = re.compile(FILE_STEM + re.escape(self.ending)), {}
+        name, files = re.compile(FILE_STEM + re.escape(self.ending)), {}
         for file in self.listed(self.place(configuration, 0).parent):
             if file.name.startswith(configuration.key) and (match := name.fullmatch(file.name)):
-                found[range(int(match[1]), int(match[2] or match[1]) + 1)] = file
-        return dict(sorted(found.items(), key=lambda each: -len(each[0])))
+                files[range(int(match[1]), int(match[2] or match[1]) + 1)] = file
+        return dict(sorted(files.items(), key=lambda each: -len(each[0])))
 
     def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
         """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
@@ -152,12 +152,12 @@ class Dataset:
     ) -> dict[int, AnyEpisode]:
         """Read the kept ones of some episodes, by seed."""
         kind, wanted = task_of(configuration.scenario).episode, set(seeds)
-        found: dict[int, AnyEpisode] = {}
+        episodes: dict[int, AnyEpisode] = {}
         for own, file in self.files(configuration).items():
             if not wanted.isdisjoint(own):
                 check = partial(_episodes, configuration, kind, own)
-                found |= {each.seed: each for each in self.read_checked(file, check) or ()}
-        return {seed: found[seed] for seed in wanted & found.keys()}
+                episodes |= {each.seed: each for each in self.read_checked(file, check) or ()}
+        return {seed: episodes[seed] for seed in wanted & episodes.keys()}
 
     def read_checked(self, file: Path, check: Callable[[pa.Table], CheckedT]) -> CheckedT | None:
         """What `check` makes of a file's table; None without one, or if it raises DamagedFileError.
@@ -214,8 +214,8 @@ class Dataset:
 
     def missing(self, configuration: ExperimentConfig, seeds: Iterable[int]) -> list[Path]:
         """The places of the episodes that are in no file."""
-        kept = set(chain.from_iterable(self.files(configuration)))
-        return [self.place(configuration, seed) for seed in seeds if seed not in kept]
+        stored = set(chain.from_iterable(self.files(configuration)))
+        return [self.place(configuration, seed) for seed in seeds if seed not in stored]
 
 
 def _episodes(
@@ -243,8 +243,8 @@ def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> A
 
 def asked_name(table: pa.Table) -> str | None:
     """The controller's name as given, None in a file without it; DamagedFileError if changed."""
-    kept = (table.schema.metadata or {}).get(ASKED)
-    return None if kept is None else checked_text(kept)
+    content = (table.schema.metadata or {}).get(ASKED)
+    return None if content is None else checked_text(content)
 
 
 def with_checksum(text: str) -> bytes:

@@ -167,8 +167,8 @@ def _files(source: str) -> list[Path]:
             " as `aws s3 sync` does"
         )
     folder = Path(source)
-    found = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
-    if files := sorted(each for each in found if not each.name.endswith((ENDING, TRANSITIONS))):
+    paths = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
+    if files := sorted(each for each in paths if not each.name.endswith((ENDING, TRANSITIONS))):
         return files
     reason = "holds no episodes" if folder.is_dir() else "no such folder"
     raise ConfigError(

@@ -176,17 +176,17 @@ def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) ->
     """Draw one legend above the panels, with every series once."""
     drawn = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in panels]
     handles: dict[str, Artist] = dict(chain(*drawn))
-    shown = [name for name in order if name in handles]
-    if not shown:
+    names = [name for name in order if name in handles]
+    if not names:
         return
     style = style_in_use()
-    width = LETTER * style.points(LABEL) * max(map(len, shown)) + 0.55 * style.scale
-    columns = max(1, min(len(shown), int(figure.get_figwidth() / width)))
-    rows = -(-len(shown) // columns)
-    columns = -(-len(shown) // rows)
+    width = LETTER * style.points(LABEL) * max(map(len, names)) + 0.55 * style.scale
+    columns = max(1, min(len(names), int(figure.get_figwidth() / width)))
+    rows = -(-len(names) // columns)
+    columns = -(-len(names) // rows)
     figure.set_figheight(figure.get_figheight() + 0.2 * style.scale * rows)
     figure.legend(
-        [handles[name] for name in shown], shown, loc="outside upper center", ncols=columns,
+        [handles[name] for name in names], names, loc="outside upper center", ncols=columns,
         frameon=False, fontsize=style.points(LABEL), handlelength=2.6, columnspacing=1.4,
     )  # fmt: skip
 

@@ -132,7 +132,7 @@ def line_styles(
     names = list(dict.fromkeys(name for panel in panels.values() for name in panel))
     if len(names) > len(MARKERS):
         raise ConfigError(
-            f"{len(names)} curves: at most {len(MARKERS)} can be told apart; choose some with"
+            f"{len(names)} curves: at most {len(MARKERS)} can be distinguished; choose some with"
             " --controller or --scenario"
         )
     return styles_of(names, controllers)

@@ -101,8 +101,8 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     for each in configurations:
         memory_of(_changed(each, {}).loop)  # which may refuse it
     changed = [dict(_changes(each)) for each in configurations]
-    found = (_slider(name, configurations, changed) for name in WORDS)
-    sliders = [each for each in found if each]
+    possible = (_slider(name, configurations, changed) for name in WORDS)
+    sliders = [each for each in possible if each]
     programs = [
         program_of(each, sliders, own, every)
         for each, own in zip(configurations, changed, strict=True)
@@ -364,8 +364,8 @@ def _names_kept(loop: Loop) -> tuple[str, ...]:
 
 def _image(memory: Mapping[str, Array], usual: Loop) -> UInt8[Array, " bytes"]:
     """What a world begins with, one array after the other."""
-    kept = (memory[name] for name in memory if name in _names_kept(usual))
-    return np.frombuffer(b"".join(each.tobytes() for each in kept), np.uint8)
+    arrays = (memory[name] for name in memory if name in _names_kept(usual))
+    return np.frombuffer(b"".join(each.tobytes() for each in arrays), np.uint8)
 
 
 def _patch(usual: UInt8[Array, " bytes"], other: UInt8[Array, " bytes"]) -> Iterator[Patch]:

@@ -30,7 +30,7 @@ MAX_ROWS = 300
 further."""
 
 ROWS_ON_GPU = 100_000
-"""Robots in a block on a GPU: so many threads that it is never idle; they take about 250 MB."""
+"""Robots in a block on a GPU: enough threads that it is never idle; they take about 250 MB."""
 
 ROUNDS = 2  # blocks for each worker, at least, so that all have work until near the end
 WRITERS = 16  # files that this process writes at a time
@@ -65,9 +65,9 @@ class Plan:
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
-            found = dataset.find_all(configuration, seeds)
+            stored = dataset.find_all(configuration, seeds)
             for seed in seeds:
-                episode = found.get(seed)
+                episode = stored.get(seed)
                 if episode is None or (
                     trajectories and not trajectories.holds(configuration, seed)
                 ):
@@ -208,8 +208,8 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
     begin, n_todo = time.monotonic(), plan.n_todo
     total = len(plan.configurations) * len(plan.seeds)
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
-    kept = f"{total - n_todo} of {total} episodes found in {plan.dataset.name}"
-    say(f"{scenarios}: {kept}, {n_todo} to run")
+    found_so_far = f"{total - n_todo} of {total} episodes found in {plan.dataset.name}"
+    say(f"{scenarios}: {found_so_far}, {n_todo} to run")
     with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=n_todo)
         for n_episodes in plan.run(backend, lambda what: progress.update(bar, description=what)):

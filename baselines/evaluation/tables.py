@@ -120,11 +120,11 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
     parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
     if present:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, present)]
-    told = f"n = {len(first)}: the mean, and below it its 95 % interval."
+    note = f"n = {len(first)}: the mean, and below it its 95 % interval."
     counts = [len(present_values(each, m)) for each in groups.values() for m in always]
     if any(0 < count < len(first) for count in counts):
-        told += "\nn = k of n: the others are left out, as those whose recruitment did not end."
-    parts.append(Text(told, style="dim"))
+        note += "\nn = k of n: the others are left out, as those whose recruitment did not end."
+    parts.append(Text(note, style="dim"))
     if len(groups) > 1:
         heading = f"\n{kind.score_words} against {head.controller}"
         parts += [Text(heading, style="bold"), comparison(groups), Text(SAME_SEEDS, style="dim")]

@@ -50,8 +50,8 @@ def export(
     from swarm_forage_env.errors import ConfigError
     from swarm_forage_env.scenarios import find_scenario
 
-    found = find_layered_controller(controller)
-    exported = ExportedRobot(found, find_scenario(scenario, parse_settings(settings or [])))
+    layered = find_layered_controller(controller)
+    exported = ExportedRobot(layered, find_scenario(scenario, parse_settings(settings or [])))
     folder = out or Path("runs") / f"export-{controller.replace(':', '-')}"
     if argos and target != "x86-64":
         raise ConfigError(

@@ -74,8 +74,8 @@ def export(exported: ExportedRobot, target: str, folder: Path, argos: bool = Fal
         **{k: each for k, each in exported.policy.items() if _is_constant(k, each)},
     }
     written = [each for k, each in exported.policy.items() if not _is_constant(k, each)]
-    kept = records.robots, records.minds, records.memories, *written
-    ram = sum(each.nbytes for each in kept) + 8
+    arrays = records.robots, records.minds, records.memories, *written
+    ram = sum(each.nbytes for each in arrays) + 8
     weight = Weight(_code_size(content), sum(each.nbytes for each in data.values()), ram)
     if target == "cortex-m4":
         _check_room(exported, weight)
@@ -100,20 +100,20 @@ def _is_constant(name: str, array: Array) -> bool:
 
 def _of_policy(exported: ExportedRobot) -> dict[str, str]:
     """What a policy adds: to what a robot keeps, and to what the code takes and is given."""
-    fields, taken, given = [], [], []
+    fields, taken, arguments = [], [], []
     for name, each in exported.policy.items():
         is_constant = _is_constant(name, each)
         if not is_constant and each.nbytes:
             fields.append(f"    _Alignas(8) uint8_t {name}[{each.nbytes}];\n")
         taken.append(f"{'const ' if is_constant or not each.nbytes else ''}void *{name}")
         place = f"controller_{name}" if is_constant else f"self->{name}"
-        given.append(place if each.nbytes else "controller_settings")
+        arguments.append(place if each.nbytes else "controller_settings")
     taken += [f"void *{name}" for name in exported.views]
-    given += [f"self->{of}" for of in exported.views.values()]
+    arguments += [f"self->{of}" for of in exported.views.values()]
     return {
         "policy_fields": "".join(fields),
         "policy_taken": "".join(f"\n              {each}," for each in taken),
-        "policy_given": "".join(f"\n                           {each}," for each in given),
+        "policy_given": "".join(f"\n                           {each}," for each in arguments),
     }
 
 

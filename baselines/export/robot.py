@@ -21,7 +21,7 @@ from swarm_forage_env.envs.pilot import pilot_and_layers
 from swarm_forage_env.equations.random_draws import first_word
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import act, observe_world, update_and_describe
-from swarm_forage_env.foraging.records import Said
+from swarm_forage_env.foraging.records import PolicyMessages
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel, is_privileged
 from swarm_forage_env.loop import Loop
@@ -145,7 +145,7 @@ class ExportedRobot:
         first_mind, first_memory = compiled.firsts
         self.message = "message" if compiled.has_beliefs else "words"
         """Where in what a robot keeps its message lies."""
-        self.payload: Mapping[str, Field] = {"words": Said.fields["words"]}
+        self.payload: Mapping[str, Field] = {"words": PolicyMessages.fields["words"]}
         """The fields of a message."""
         self._run: Kernel = run_policy
         if compiled.has_beliefs:

@@ -76,7 +76,7 @@ def measured_beam(
 
 @kernel
 def tell(mind: GroupMind) -> None:
-    """Write the message: distance, direction and p of every area, which is told if known."""
+    """Write the message: distance, direction and p of every known area."""
     for area in range(2):
         mind.message.told[area] = mind.belief.known[area]
         write_estimate(mind.belief, area, mind.message)
@@ -94,9 +94,9 @@ def add_own(belief: GroupBelief) -> None:
 
 
 @kernel
-def add_heard(swarm: Array, crowd: Array, i: int, j: int, numbers: Numbers) -> None:
+def add_heard(swarm: Array, minds: Array, i: int, j: int, numbers: Numbers) -> None:
     """Add the message of robot j to the sums of robot i, in the own frame of i."""
-    belief, message = crowd[i].belief, crowd[j].message
+    belief, message = minds[i].belief, minds[j].message
     if not (message.told[0] or message.told[1]):
         return
     beam = measured_beam(swarm[i], swarm[j], belief.streams, numbers)
@@ -130,28 +130,28 @@ def update_belief(mind: GroupMind, shared: Array, readings: Readings, numbers: N
 
 
 @kernel
-def average_robot(swarm: Array, crowd: Array, i: int, numbers: Numbers) -> None:
+def average_robot(swarm: Array, minds: Array, i: int, numbers: Numbers) -> None:
     """Replace the estimates of robot i by the mean of its own and the others' messages."""
-    add_own(crowd[i].belief)
-    for j in range(crowd.shape[0]):
+    add_own(minds[i].belief)
+    for j in range(minds.shape[0]):
         if j != i:
-            add_heard(swarm, crowd, i, j, numbers)
-    take_mean(crowd[i].belief)
+            add_heard(swarm, minds, i, j, numbers)
+    take_mean(minds[i].belief)
 
 
 @kernel
-def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
+def average(swarm: Array, minds: Array, numbers: Numbers) -> None:
     """Average the estimates of one world, once a period."""
-    if crowd[0].belief.ticks == 1:
-        for i in range(crowd.shape[0]):
-            crowd[i].belief.streams[0] = swarm[i].streams[RADIO]
-    if crowd[0].belief.ticks % int(numbers.period_ticks) != 0:
+    if minds[0].belief.ticks == 1:
+        for i in range(minds.shape[0]):
+            minds[i].belief.streams[0] = swarm[i].streams[RADIO]
+    if minds[0].belief.ticks % int(numbers.period_ticks) != 0:
         return
-    for i in range(crowd.shape[0]):
-        tell(crowd[i])
-    for i in range(crowd.shape[0]):
-        if crowd[i].belief.ignore_ticks == 0:
-            average_robot(swarm, crowd, i, numbers)
+    for i in range(minds.shape[0]):
+        tell(minds[i])
+    for i in range(minds.shape[0]):
+        if minds[i].belief.ignore_ticks == 0:
+            average_robot(swarm, minds, i, numbers)
 
 
 @row_template
@@ -161,16 +161,16 @@ def observe_group(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
     Free names: update_belief, average, describe.
     """
     swarm = world_arrays[0][w]
-    minds, _, shared, settings = layer_arrays
-    crowd, last = minds[w], settings.shape[1] - 1
+    all_minds, _, shared, settings = layer_arrays
+    minds, last = all_minds[w], settings.shape[1] - 1
     for i in range(n_robots):
         update_belief(
-            crowd[i], shared[w, i], swarm[i].readings, settings[w, min(i, last)].estimator
+            minds[i], shared[w, i], swarm[i].readings, settings[w, min(i, last)].estimator
         )
     if n_robots > 0:
-        average(swarm, crowd, settings[w, 0].estimator)
+        average(swarm, minds, settings[w, 0].estimator)
     for i in range(n_robots):
-        describe(crowd[i], swarm[i].report)
+        describe(minds[i], swarm[i].report)
 
 
 class GlobalAverage(SocialOdometryParameters):

@@ -93,14 +93,14 @@ def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: N
 
 
 @kernel
-def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Social odometry's exchange, with the true beam instead of the measured one."""
-    if not has_partner(crowd, i, heard, numbers):
+    if not has_partner(minds, i, heard, numbers):
         return False
-    belief = crowd[i].belief
+    belief = minds[i].belief
     slot = slot_of(heard, belief.partner)
     if slot < heard.n:
-        partner = crowd[belief.partner]
+        partner = minds[belief.partner]
         here, there = belief.true_pose, partner.belief.true_pose
         dx, dy = there[0] - here[0], there[1] - here[1]
         belief.beam[0], belief.beam[1] = range_and_bearing(dx, dy, here[2])

@@ -51,9 +51,9 @@ def errors(
     """
     beliefs = rows(minds["estimator"]["belief"])
     true_pose = world.state.pose
-    told = np.maximum(beliefs.heard_weight, 1.0)[:, :, None]
+    weight = np.maximum(beliefs.heard_weight, 1.0)[:, :, None]
     own = moved(beliefs.location, beliefs.pose, true_pose)
-    heard = moved(beliefs.heard_sum / told, beliefs.pose, true_pose)
+    heard = moved(beliefs.heard_sum / weight, beliefs.pose, true_pose)
     return own - nearest_areas(world.worlds, own), heard - nearest_areas(world.worlds, heard)
 
 

@@ -60,7 +60,7 @@ ESTIMATOR_ORDERS = (
     ("SGIFF", "SGIKF", round_trips),
     ("dead reckoning", "covariance intersection", localisation_error),
 )  # fmt: skip
-"""Orders of two estimators, and of what; each is asked for under every motion."""
+"""Orders of two estimators, and of what; each is tested under every motion."""
 
 MOTION_ORDERS = (
     ("subsumption", "boids-goal", round_trips),
@@ -69,7 +69,7 @@ MOTION_ORDERS = (
     ("learned-motion", "subsumption", round_trips),
     ("boids-goal", "boids-adaptive", localisation_error),
 )  # fmt: skip
-"""Orders of two motions, and of what; each is asked for over every estimator."""
+"""Orders of two motions, and of what; each is tested over every estimator."""
 
 WORDS = {round_trips: "", localisation_error: ", localisation error"}
 

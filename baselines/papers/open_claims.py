@@ -54,7 +54,7 @@ N_PRIOR = 100_000  # draws of the prior that posteriors are weights of
 TOGETHER = 8  # sets measured at a time in the other arenas, after which they are kept
 CHECK_SEED, WORKERS = 6000, 2
 CHECKED = {"es1": 4, "real": 4, "es2": 1, "es3": 1, "ants2008": 1}
-"""Worlds that a set is checked in, by arena, from `CHECK_SEED`, by so many processes."""
+"""Number of worlds that a set is checked in, by arena; their seeds begin at `CHECK_SEED`."""
 
 DISTANCES = (1.8, 2.4, 3.0, 3.6)  # of the areas of es3 [m]
 
@@ -107,14 +107,14 @@ def key_of(experiment: Experiment) -> Key:
 
 def held(episodes: Sequence[Measured]) -> dict[str, bool]:
     """Whether each claim holds in a set, by its words, on the arenas that were measured whole."""
-    found: dict[Key, list[Any]] = {}
+    by_key: dict[Key, list[Any]] = {}
     for each in episodes:
-        found.setdefault((each.arena, each.controller, each.n_robots), []).append(each)
+        by_key.setdefault((each.arena, each.controller, each.n_robots), []).append(each)
     judged: dict[str, bool] = {}
     for arena in CHECKED:
         keys = {each: key_of(measured) for each, measured in experiments_on(arena).items()}
-        if found.keys() >= {*keys.values()}:
-            results = {each: found[key] for each, key in keys.items()}
+        if by_key.keys() >= {*keys.values()}:
+            results = {each: by_key[key] for each, key in keys.items()}
             judged |= {claim.text: holds(claim, results) for claim in claims_of(arena)}
     return judged
 
@@ -155,11 +155,11 @@ class Sets:
     def front(self, *arenas: str) -> list[int]:
         """The best set of each point of the Pareto front of the scores, most claims first."""
         scores = np.array([self.scores[each] for each in arenas]).T
-        found: list[int] = []
+        front: list[int] = []
         for k in self.best(*arenas):
-            if all((scores[k] > scores[other]).any() for other in found):
-                found.append(k)
-        return found
+            if all((scores[k] > scores[other]).any() for other in front):
+                front.append(k)
+        return front
 
 
 def sets_in(file: Path) -> Sets:
@@ -194,8 +194,8 @@ def with_distances(sets: Sequence[Mapping[str, Value]]) -> list[dict[str, Value]
     """Sets with their areas of es3 where SGIKF is nearest to 2000 trips, of ANTS as today."""
     own = {"ants2008.area_distance": today()["ants2008.area_distance"]}
     tried = [{**values, **own, "es3.area_distance": each} for values in sets for each in DISTANCES]
-    found = measure(tried, [Experiment("es3", "ssgikf")], range(7000, 7001))
-    misses = [abs(episodes[0].round_trips - 2000) for episodes in found]
+    measured = measure(tried, [Experiment("es3", "ssgikf")], range(7000, 7001))
+    misses = [abs(episodes[0].round_trips - 2000) for episodes in measured]
     nearest = np.reshape(misses, (-1, len(DISTANCES))).argmin(axis=1)
     return [tried[len(DISTANCES) * k + int(at)] for k, at in enumerate(nearest)]
 
@@ -213,8 +213,8 @@ def measure_in_all_arenas(file: Path, n_sets: int) -> None:
             rows[k] |= {"draw": place_of(values), **values}
         for arena in (each for each in CHECKED if each not in ARENAS):
             experiments = {key_of(each): each for each in experiments_on(arena).values()}
-            found = measure(sets, [*experiments.values()], range(7000, 7000 + CHECKED[arena]))
-            for k, episodes in zip(batch, found, strict=True):
+            measured = measure(sets, [*experiments.values()], range(7000, 7000 + CHECKED[arena]))
+            for k, episodes in zip(batch, measured, strict=True):
                 rows[k]["episodes"] += [asdict(each) for each in episodes]
         save(file, pa.Table.from_pylist(rows, table.schema))
         say(f"{at + len(batch)} of {len(missing)} sets measured in all arenas")

@@ -87,8 +87,8 @@ def numbers_table(sets: Sets) -> str:
     rows = []
     for name, prior in PRIOR.items():
         ends = prior if isinstance(prior, tuple) else map(float, prior.support())
-        told = [posterior_of(sets, name, weights) for weights in sets.posterior]
-        said = " to ".join(map(cell, ends)), cell(today()[name]), *told, cell(values[name])
+        posteriors = [posterior_of(sets, name, weights) for weights in sets.posterior]
+        said = " to ".join(map(cell, ends)), cell(today()[name]), *posteriors, cell(values[name])
         rows.append((f"`{name}`", *said))
     heads = "number", "prior", "today", *GIVEN, f"set {best}"
     return markdown(heads, rows)
@@ -104,8 +104,8 @@ def published_table(sets: Sets) -> str:
             near = np.mean((0.9 * low <= ours) & (ours <= 1.1 * high))
             said = cell(low) if low == high else f"{cell(low)} to {cell(high)}"
             own = cell(float(sets.numbers[arena][0, k]))
-            told = f"{cell(middle)} ({cell(low_end)} to {cell(high_end)})"
-            rows.append((f"{arena}: {name}", said, own, told, f"{near:.0%}"))
+            ends = f"{cell(middle)} ({cell(low_end)} to {cell(high_end)})"
+            rows.append((f"{arena}: {name}", said, own, ends, f"{near:.0%}"))
     return markdown(("number", "published", "today", "these sets", "within 10 %"), rows)
 
 
@@ -115,8 +115,8 @@ def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
     checked = [*checked[:1], *sorted(checked[1:], key=n_held, reverse=True)[: SHOWN - 1]]
     for text in (each.text for each in claims_of(*CHECKED)):
         judged = [each[text] for each in sets.held if text in each]
-        told = f"{sum(judged)} of {len(judged)}" if judged else "-"
-        rows.append((text, told, *(said[each["holds"].get(text)] for each in checked)))
+        share = f"{sum(judged)} of {len(judged)}" if judged else "-"
+        rows.append((text, share, *(said[each["holds"].get(text)] for each in checked)))
     sums = [f"**{n_held(each)} of {len(each['holds'])}**" for each in checked]
     heads = [f"{each['name']}, `{each['physics']}`" for each in checked]
     return markdown(("claim", "sets of the search", *heads), [*rows, ("**all**", "", *sums)])
@@ -192,8 +192,8 @@ def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 
 def write_page(file: Path) -> None:
     """Write the page and its figure beside the sets."""
-    sets, kept = sets_in(file), file.with_suffix(".json")
-    checked = json.loads(kept.read_text()) if kept.exists() else []
+    sets, checks = sets_in(file), file.with_suffix(".json")
+    checked = json.loads(checks.read_text()) if checks.exists() else []
     save_figure(posterior_figure(sets), file.parent / "figures" / "open_numbers.png", COMMAND)
     text = (files("baselines.papers") / "pages" / "open_numbers.md").read_text("utf-8")
     chosen = "\n\n".join(left_open(f"baselines.papers.{each}") for each in LEFT_OPEN)
@@ -207,7 +207,7 @@ def write_page(file: Path) -> None:
 
 def check_best(file: Path, best: int, physics: str) -> None:
     """Check today's set and the best ones in other worlds of all arenas, and keep what holds."""
-    sets, kept = sets_in(file), file.with_suffix(".json")
+    sets, checks = sets_in(file), file.with_suffix(".json")
     numbers = [k for k in sets.best(*CHECKED) if k][:best]
     chosen = [None, *(values_of(sets.draws[k]) for k in numbers)]
     names = ["today", *(f"set {k}" for k in numbers)]
@@ -217,7 +217,7 @@ def check_best(file: Path, best: int, physics: str) -> None:
     for arena in CHECKED:
         for each, values in zip(checked, chosen, strict=True):
             each["holds"] |= check(values, arena, physics, EPISODES)
-        write_atomically(kept, (json.dumps(checked, indent=1) + "\n").encode())
+        write_atomically(checks, (json.dumps(checked, indent=1) + "\n").encode())
         say(f"{arena}: {len(checked)} sets checked")
 
 

@@ -96,7 +96,7 @@ def measure(
     sets: Sequence[Mapping[str, Value]], experiments: Sequence[Experiment], seeds: range
 ) -> list[list[Measured]]:
     """Run the episodes of each experiment for each set, those of one compilation side by side."""
-    found: list[list[Measured]] = [[] for _ in sets]
+    episodes: list[list[Measured]] = [[] for _ in sets]
     jobs = [(k, each, configuration(each, values))
             for k, values in enumerate(sets) for each in experiments]  # fmt: skip
 
@@ -115,9 +115,9 @@ def measure(
         for (k, of, config, _), each in zip(group, results, strict=True):
             trips, share = each["round_trips"], round(each["on_path_share"], 4)
             task, recruited = config.scenario.task, each["recruitment_time_s"]
-            told = trips, share, recruited, task.duration
-            found[k].append(Measured(of.scenario, of.controller, task.n_robots, *told))
-    return found
+            numbers = trips, share, recruited, task.duration
+            episodes[k].append(Measured(of.scenario, of.controller, task.n_robots, *numbers))
+    return episodes
 
 
 def numbers_of(episodes: Sequence[Measured], arena: str) -> list[float]:
@@ -158,15 +158,15 @@ def distance(episodes: Sequence[Measured], arena: str) -> float:
 
 def measure_all(sets: Sequence[Mapping[str, Value]], is_whole: bool) -> list[list[Measured]]:
     """Take sets through the stages, each while it is near, or all the way."""
-    found: list[list[Measured]] = [[] for _ in sets]
+    episodes_of: list[list[Measured]] = [[] for _ in sets]
     going = list(range(len(sets)))
     for arena, controllers, seeds, limit in STAGES:
         experiments = [Experiment(arena, each) for each in controllers]
         measured = measure([sets[k] for k in going], experiments, seeds)
         for k, episodes in zip(going, measured, strict=True):
-            found[k] += episodes
-        going = [k for k in going if is_whole or distance(found[k], arena) <= limit]
-    return found
+            episodes_of[k] += episodes
+        going = [k for k in going if is_whole or distance(episodes_of[k], arena) <= limit]
+    return episodes_of
 
 
 def load(file: Path) -> pa.Table:
@@ -243,12 +243,12 @@ def search(file: Path, n_sets: int, seed: int) -> None:
     while len(draws) < n_sets:
         new = next_draws(draws, episodes, seed).astype(np.float32).astype(float)
         sets = [values_of(each) for each in new]
-        found = measure_all(sets, is_whole=len(draws) == 0)
+        measured = measure_all(sets, is_whole=len(draws) == 0)
         rows = [{"draw": draw.tolist(), **values, "episodes": [asdict(each) for each in of]}
-                for draw, values, of in zip(new, sets, found, strict=True)]  # fmt: skip
+                for draw, values, of in zip(new, sets, measured, strict=True)]  # fmt: skip
         tables = [table, pa.Table.from_pylist(rows)][not len(draws) :]
         table = pa.concat_tables(tables, promote_options="permissive")
         save(file, table)
-        draws, episodes = np.concatenate([draws, new]), [*episodes, *found]
+        draws, episodes = np.concatenate([draws, new]), [*episodes, *measured]
         near = [sum(distance(each, arena) <= 1.0 for each in episodes) for arena in PUBLISHED]
         say(f"{len(draws)} sets, {near[0]} within the tolerances of es1, {near[1]} of es2")

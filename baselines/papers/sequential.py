@@ -99,8 +99,8 @@ def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
         low, high = fieller_interval(effect.values, effect.base, level)
         base = float(np.mean(effect.base))
         ours = float(np.mean(effect.values)) / base if base else math.nan
-        told = ours, low, high, n, resolution(effect, LOOKS[0])
-        judged.append(Decided(claim.text, effect.says, *told, decision_of(effect, low, high)))
+        numbers = ours, low, high, n, resolution(effect, LOOKS[0])
+        judged.append(Decided(claim.text, effect.says, *numbers, decision_of(effect, low, high)))
     return min(judged, key=lambda each: (RANKS.index(each.decision), each.low))
 
 
@@ -127,8 +127,8 @@ def decide_all(
 def count(decided: Sequence[Decided]) -> str:
     """The sentence that says how many claims were decided how."""
     each = Counter(row.decision for row in decided)
-    told = (f"{each[rank]} {VERBS[rank][each[rank] == 1]}" for rank in reversed(RANKS))
-    return f"Of {len(decided)} claims " + ", ".join(told)
+    counts = (f"{each[rank]} {VERBS[rank][each[rank] == 1]}" for rank in reversed(RANKS))
+    return f"Of {len(decided)} claims " + ", ".join(counts)
 
 
 def to_json(decided: Sequence[Decided]) -> str:

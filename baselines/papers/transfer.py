@@ -9,7 +9,7 @@ Not in the papers: the experiment itself. And chosen here:
 - the arena is as much longer as the areas are farther apart, and never shorter;
 - walls and pillars stand half-way between the start and the areas: a pillar 10 cm broad, four of
   them, walls 60 cm long across the straight way, and walls with a gate 40 cm broad;
-- int16: whatever is told is rounded to 2^16 steps, as a board sends it;
+- int16: the numbers of a message are rounded to 2^16 steps, as a board sends them;
 - the score is the round trips of all robots, under the same seeds for all;
 - a policy falls below in a world if it makes fewer round trips than `ssgikf`, with a Mann-Whitney p
   below 0.01.

@@ -11,7 +11,7 @@ Not in the papers, and chosen here:
 - the gate is as wide as `slack`, for the radio and for the size of an area, and `drift` of the
   paths that both robots have travelled since the area, for their odometry;
 - inside the gate the gain is that of the Social Generalised Induced Kalman Filter;
-- what a robot is told of an area that it does not know it copies, as in all rules: it knows nothing
+- a robot copies the estimate of an area that it does not know, as in all rules: it knows nothing
   to hold against it;
 - what lies outside the gate is forgotten, however many robots tell it.
 """

@@ -56,7 +56,7 @@ class ActionForm:
         self.conversion: Form = (
             no_choices, n_symmetric, -1 if own is None else policy.n_weights, by
         )  # fmt: skip
-        """How an action becomes what the layers take, as `decision_kernels.take` has it."""
+        """How actions become inputs of the layers: the `Form` of `decision_kernels`."""
         self.functions: dict[str, Kernel] = {
             "write_raw": kernels.raw_of_numbers, "command": own or kernels.as_command
         }  # fmt: skip
@@ -164,8 +164,8 @@ class Actions:
         ConfigError or UnknownNameError for what cannot be used.
         """
         try:
-            given = np.array([actions[agent] for agent in self._agents])
-            usable = self._usable(given) if len(actions) == len(self._agents) else None
+            stacked = np.array([actions[agent] for agent in self._agents])
+            usable = self._usable(stacked) if len(actions) == len(self._agents) else None
         except (IndexError, KeyError, TypeError, ValueError):
             usable = None  # why, is found out below
         if usable is None:
@@ -181,19 +181,19 @@ class Actions:
             raise self._complaint(dict(zip(self._agents, given, strict=True)))
         return usable
 
-    def _usable(self, given: Array) -> Array | None:
+    def _usable(self, actions: Array) -> Array | None:
         """The actions as kernels take them, or None if the numbers are not what the space says."""
-        if given.shape != self._shape:
+        if actions.shape != self._shape:
             return None
         if self.form.is_discrete:
             n = len(self.form.choices)
-            if given.dtype.kind not in "iu" or not ((given >= 0) & (given < n)).all():
+            if actions.dtype.kind not in "iu" or not ((actions >= 0) & (actions < n)).all():
                 return None
-            return given.astype(np.int64, copy=False)
-        if given.dtype != np.float32 and given.dtype.kind in "fiu":
-            given = given.astype(np.float64)
-        if given.dtype.kind == "f" and is_within(given, self._low, self._high):
-            return given.astype(np.float32, copy=False)
+            return actions.astype(np.int64, copy=False)
+        if actions.dtype != np.float32 and actions.dtype.kind in "fiu":
+            actions = actions.astype(np.float64)
+        if actions.dtype.kind == "f" and is_within(actions, self._low, self._high):
+            return actions.astype(np.float32, copy=False)
         return None
 
     def _complaint(self, actions: object) -> Exception:
@@ -217,14 +217,14 @@ class Actions:
         try:
             if np.asarray(action).dtype.kind == "c":
                 raise TypeError
-            given = np.asarray(action, dtype=np.float64)
+            array = np.asarray(action, dtype=np.float64)
         except OverflowError:
             return f"{shown(action)}: too large; clip it first, as numpy.clip does"
         except (TypeError, ValueError):
             return f"{shown(action)}: must be numbers, {', '.join(layout.names)}"
-        if given.shape != self._shape[1:]:
-            return f"shape {given.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
-        for feature, value, as_given in zip(layout, given, np.asarray(action), strict=True):
+        if array.shape != self._shape[1:]:
+            return f"shape {array.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
+        for feature, value, as_given in zip(layout, array, np.asarray(action), strict=True):
             if not feature.low <= value <= feature.high:
                 advice = "clip it first, as numpy.clip does" if np.isfinite(value) else NOT_FINITE
                 return (

@@ -43,7 +43,7 @@ Step = tuple[Any, Any, Any, Any, Infos]
 
 
 class Transition(NamedTuple):
-    """A step of worlds, of which those begin anew whose episodes have ended."""
+    """A step of worlds, in which those whose episodes have ended are reset."""
 
     final: Any
     """Observations after the step."""
@@ -55,7 +55,7 @@ class Transition(NamedTuple):
     acts: Any
     """Whose next action counts; None where all do."""
     room: tuple[PlacedArray, ...] | None
-    """What holds the arrays of a GPU, to be written anew."""
+    """The arrays of a GPU that a step writes, for reuse."""
 
 
 class ArrayEnv:
@@ -226,7 +226,7 @@ class ArrayEnv:
         """`step`, and then `reset` of the worlds whose episodes have ended.
 
         On a GPU both are one launch where episodes differ in their seeds alone. Then all arrays
-        are parts of `out`, if it is given: the `room` of an earlier call, which is written anew.
+        are parts of `out`, if it is given: the `room` of an earlier call, which is overwritten.
         """
         if not self.is_one_launch:
             final, rewards, _, _, infos = self.step(actions)
@@ -234,9 +234,9 @@ class ArrayEnv:
             if over.any():
                 seen, infos = self.reset(worlds=over)
             return Transition(final, seen, rewards, over, infos.get("acts"), out)
-        given, room = self._placed(actions), out or self.room()
+        placed, room = self._placed(actions), out or self.room()
         over = self.count_step()
-        self.launch(given, room)
+        self.launch(placed, room)
         rewards, _, seen, _ = room
         return Transition(seen[0], seen[1], rewards[1], over, None, room)
 
@@ -297,7 +297,7 @@ class ArrayEnv:
             self._at_once(actions, self.config.period, 0, room)
             never = self.memory.lend(self._never)
             return seen[0], rewards[1], never, over, self._infos(rewards[0])
-        self._decisions.take(actions)
+        self._decisions.write_actions(actions)
         self._stepper.run()
         unshaped, rewards = self._decisions.rewards()
         seen = self._decisions.observe(self.episodes.share_left)
@@ -435,9 +435,9 @@ class ArrayEnv:
     def _infos(self, unshaped: PlacedArray) -> Infos:
         """The unshaped reward, whose next action counts, and what was drawn."""
         acts, lend = self._stepper.acts(), self.memory.lend
-        told = {} if acts is None else {"acts": acts}
+        acting = {} if acts is None else {"acts": acts}
         drawn = {name: lend(each) for name, each in self._drawn.items()}
-        return {"unshaped_reward": unshaped, **told, **drawn}
+        return {"unshaped_reward": unshaped, **acting, **drawn}
 
     def _lent_drawn(self) -> dict[str, PlacedArray]:
         """What was drawn of each world's episode, on the device."""

@@ -38,7 +38,7 @@ class Decisions:
         table, *rest = form.action.conversion
         self._conversion = memory.to_device(table), *rest
         self._fields = worlds.fields(form.policy.action)
-        self._take = worlds.kernel(kernels.take, form.action.functions)
+        self._write_actions = worlds.kernel(kernels.write_actions, form.action.functions)
         self._allowed = kernels.check_choices if form.action.is_discrete else kernels.check_numbers
         self._check = worlds.kernel(kernels.check, {"check_actions": self._allowed})
         space = form.action.space
@@ -80,9 +80,11 @@ class Decisions:
         self._check(actions, self._limits, self._worlds.trouble)
         self._worlds.check()
 
-    def take(self, actions: PlacedArray) -> None:
+    def write_actions(self, actions: PlacedArray) -> None:
         """Hand checked actions to the layers of the learners."""
-        self._take(self._fields, self._learners, actions, self._conversion, self.raw, self._earned)
+        self._write_actions(
+            self._fields, self._learners, actions, self._conversion, self.raw, self._earned
+        )
         self._note_potential(0)
 
     def rewards(self) -> tuple[PlacedArray, PlacedArray]:

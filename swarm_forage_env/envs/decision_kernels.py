@@ -95,7 +95,7 @@ def convert(given: Rows, form: Form, raw: Rows, which: Span) -> None:
 
 
 @row_template
-def take_in_world(  # noqa: PLR0913 what is read, what is written, and where
+def write_actions_of_world(  # noqa: PLR0913 what is read, what is written, and where
     fields: Fields,
     learners: Int64[Array, " learners"],
     given: Array,
@@ -113,7 +113,7 @@ def take_in_world(  # noqa: PLR0913 what is read, what is written, and where
         write_fields(raw[w, learner], fields, w, learners[learner])
 
 
-def take(  # noqa: PLR0913 what is read, and what is written
+def write_actions(  # noqa: PLR0913 what is read, and what is written
     fields: Fields,
     learners: Int64[Array, " learners"],
     given: Array,
@@ -127,7 +127,7 @@ def take(  # noqa: PLR0913 what is read, and what is written
     Free names: lanes, write_raw, command.
     """
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        take_in_world(fields, learners, given, form, raw, w, learners.shape[0])
+        write_actions_of_world(fields, learners, given, form, raw, w, learners.shape[0])
         for i in range(lane(), earned.shape[1], lanes()):
             earned[w, i] = 0.0
 

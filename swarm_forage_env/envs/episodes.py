@@ -160,8 +160,8 @@ class Episodes:
     def restore(self, snapshot: object) -> None:
         """Go on as when the snapshot was taken."""
         self.drawn, numbers = deepcopy(parts_of(snapshot, 2))
-        for here, kept in zip(self._numbers, numbers, strict=True):
-            here[...] = kept
+        for here, saved in zip(self._numbers, numbers, strict=True):
+            here[...] = saved
         self.is_ahead = True
 
     @property

@@ -47,21 +47,22 @@ def checked_parts(
     overrides = {name: value for name, value in options.items() if name not in own}
     chosen = _overridden(scenario, overrides)
     task = task_of(chosen)
-    found = find_controllers(controller, chosen)
+    controllers = find_controllers(controller, chosen)
     _check_learns(config, task)
     _check_shaping(config.shaping, chosen, task)
     if config.learn == "everything":
-        found = _beside_everything(found, controller is not None, config, chosen)
+        controllers = _beside_everything(controllers, controller is not None, config, chosen)
     else:
-        _check_leaves_a_layer(found, config, chosen)
-    if isinstance(found, ChecksScenarios):
-        found.check_supports(chosen)
-    if config.learn == "weighting" and not has_talk(found):
-        _refuse(found, "nobody talks, so that there is nothing to weigh; choose one that does")
+        _check_leaves_a_layer(controllers, config, chosen)
+    if isinstance(controllers, ChecksScenarios):
+        controllers.check_supports(chosen)
+    if config.learn == "weighting" and not has_talk(controllers):
+        why = "nobody talks, so that there is nothing to weigh; choose one that does"
+        _refuse(controllers, why)
     if config.decision_period is None:
         usual = min(task.policies[config.learn].decision_period, chosen.n_ticks)
         config = config.model_copy(update={"decision_period": usual})
-    return EnvParts(chosen, config, found, task)
+    return EnvParts(chosen, config, controllers, task)
 
 
 def _check_learns(config: EnvConfig, task: Task) -> None:
@@ -156,14 +157,14 @@ def made_with(parts: EnvParts, form: PolicyForm) -> str:
     """Scenario, controller, keywords of the policy and what it observes, as JSON."""
     keywords = {name: getattr(parts.config, name) for name in PolicyKeywords.model_fields}
     keywords["observation"] = observation_name(parts.config.observation)
-    told = {
+    record = {
         "format": 2,
         "scenario": parts.scenario.name,
         "controller": name_and_changes(parts.controller),
         "keywords": keywords,
         "observes": form.observes,
     }
-    return json.dumps(told)
+    return json.dumps(record)
 
 
 def put_on(space: Box, text: str) -> None:

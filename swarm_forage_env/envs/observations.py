@@ -309,12 +309,12 @@ def _check_names(layout: Layout) -> None:
 
 def _checked_features(part: Addition, scenario: BaseScenario, agents: Sequence[str]) -> Layout:
     """What an addition says its numbers are; ConfigError for what are no features."""
-    found: object = part.features(scenario, agents)
-    if not isinstance(found, Sequence) or not all(isinstance(each, Feature) for each in found):
+    items: object = part.features(scenario, agents)
+    if not isinstance(items, Sequence) or not all(isinstance(each, Feature) for each in items):
         raise ConfigError(
-            f"observation {type(part).__name__}: features gave {found!r}, must be a list of Feature"
+            f"observation {type(part).__name__}: features gave {items!r}, must be a list of Feature"
         )
-    return Layout(found)
+    return Layout(items)
 
 
 def _check_numbers(

@@ -83,7 +83,7 @@ class Pilot:
         marks = KEEP, False, False
         if "motion" in form.policy.replaces:
             marks = action.motion, action.has_reflexes, form.has_walk
-        told = ", ".join(str(int(each)) for each in (form.config.period, *marks, weighting))
+        numbers = ", ".join(str(int(each)) for each in (form.config.period, *marks, weighting))
         words = "robot_words, mind_words, robot_words"
         return (
             f"({words}, pilot_spans, n_robots), ({words}, pilot_out, n_robots), pilot_robots,"
@@ -91,7 +91,7 @@ class Pilot:
             " (no_additions, time_left, pilot_raw), (pilot_seen, pilot_frames, pilot_seen),"
             f" (pilot_choices, {n_symmetric}, {steers_at}, {float(by)!r}),"
             " (pilot_numbers, pilot_sizes, pilot_states, pilot_between, pilot_actions, pilot_low,"
-            f" pilot_high), ({told}, left_alone), pilot_modes"
+            f" pilot_high), ({numbers}, left_alone), pilot_modes"
         )
 
     @property

@@ -44,9 +44,9 @@ class PolicyForm:
         """What it observes holds the course of the walk where there is no goal."""
         layouts = [policy.layout(each, self.has_walk) for each in scenarios]
         longest = max(layouts, key=len)
-        shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
+        fields = FieldLayout(widest(layouts), longest.paths, longest.sizes)
         self.observer = Observer(
-            policy, config.observation, shown, scenario, self.agents, config.normalise
+            policy, config.observation, fields, scenario, self.agents, config.normalise
         )
         self.layout: Layout = stacked(self.observer.layout, config.stack)
         self.observation_space: Box = self.layout.box()

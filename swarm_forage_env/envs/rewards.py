@@ -62,8 +62,8 @@ class OwnReward:
         """What every robot earned in the tick since `remember`."""
         assert self._task.events is not None
         self._task.events.write(self._world, self._before, self._events)
-        told = self._before, self._world.robots, self._events
-        rewards = self._reward(*map(read_only, told))
+        records = self._before, self._world.robots, self._events
+        rewards = self._reward(*map(read_only, records))
         return _checked(rewards, self._world.robots.shape)
 
 

@@ -22,7 +22,7 @@ from swarm_forage_env.envs.decision_kernels import (
     Terms,
     credit_in_world,
     observe_in_world,
-    take_in_world,
+    write_actions_of_world,
 )
 from swarm_forage_env.envs.episodes import Episodes
 from swarm_forage_env.envs.policy_form import PolicyForm
@@ -67,7 +67,7 @@ Clock = tuple[Int64[Array, " worlds"], Int64[Array, " worlds"], UInt64[Array, "w
 """Decisions of each episode so far and at its end, and the stream of the seeds of the next ones."""
 
 How = tuple[int, int, int, int]
-"""How many ticks; 2 if worlds begin anew, else 1; decisions of an episode that begins; and what
+"""How many ticks; 2 if worlds are reset, else 1; decisions of an episode that begins; and what
 motions draw for."""
 
 Out = tuple[Float64[Array, "2 worlds learners"], Array, Array, Bool[Array, " worlds"]]
@@ -92,7 +92,7 @@ def act_in_world(
 ) -> int:
     """Check the actions of the learners of a world and hand them over; how the world goes on.
 
-    Free names: lane, lanes, barrier, check_actions, potential; those of take_in_world.
+    Free names: lane, lanes, barrier, check_actions, potential; those of write_actions_of_world.
     """
     robots, worlds, trouble = ticking[0][0], ticking[0][1], ticking[2]
     fields, _, given, form, raw, limits = acting
@@ -101,7 +101,7 @@ def act_in_world(
     check_actions(given, limits, trouble, w, n)
     barrier()
     is_refused = trouble[w] % N_TROUBLES == REFUSED
-    take_in_world(fields, learners, given, form, raw, w, 0 if is_refused else n)
+    write_actions_of_world(fields, learners, given, form, raw, w, 0 if is_refused else n)
     for i in range(lane(), n_robots, lanes()):
         earned[w, i] = 0.0
         if terms[1] > 0.0:
@@ -243,7 +243,7 @@ class WholeDecision(Decisions):
     def __call__(
         self, actions: PlacedArray, n_ticks: int, length: int, out: tuple[PlacedArray, ...]
     ) -> None:
-        """One decision; with a length other than 0, what is over begins anew for so long.
+        """One decision; a length other than 0 resets ended worlds, for episodes of that length.
 
         Nothing but a launch on arrays that stay, which a CUDA graph can repeat.
         """

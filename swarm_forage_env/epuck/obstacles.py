@@ -70,9 +70,9 @@ def sides(points: Sequence[Point], is_closed: bool) -> list[tuple[Point, Point]]
 
 def capsules_of(every: Iterable[Obstacle], corners: Sequence[Point]) -> Capsules:
     """The capsules of all obstacles, then those of the outer wall with these corners."""
-    found = [capsule for obstacle in every for capsule in obstacle.capsules]
-    found += [(*a, *b, 0.0) for a, b in (sides(corners, True) if corners else [])]
-    return np.array(found, np.float64).reshape(-1, 5)
+    capsules = [capsule for obstacle in every for capsule in obstacle.capsules]
+    capsules += [(*a, *b, 0.0) for a, b in (sides(corners, True) if corners else [])]
+    return np.array(capsules, np.float64).reshape(-1, 5)
 
 
 def regular_polygon(n_sides: int, circumradius: float) -> tuple[Point, ...]:

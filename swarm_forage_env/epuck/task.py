@@ -1,7 +1,7 @@
 """A task of e-pucks: a user's few answers, and the `Task` that they make.
 
 Robots have body, sensors, radio, contacts and faults of the e-puck, and no estimator: a motion, a
-policy of `learn="motion"` too, goes by what the sensors say. Every face, command and engine, and a
+policy of `learn="motion"` too, uses what the sensors report. Every face, command and engine, and a
 GPU, then run the task.
 """
 

@@ -155,7 +155,7 @@ def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:
 def reach_of(scenario: EpuckScenario) -> float:
     """Distance within which robots are listed as neighbours, centre to centre [m].
 
-    The list is made before contacts are resolved, and an engine goes by it in the next tick: until
+    The list is made before contacts are resolved, and an engine uses it in the next tick: until
     then two robots come nearer by the way that each drives, and by that which others push each of
     them, which is hardly more than these drive.
     """

@@ -51,17 +51,17 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
 def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     """One world of a block as it stands; without beliefs where no estimator keeps any."""
     robots, n = world.robots[which].view(np.recarray), world.n_robots
-    shown = without_beliefs(n) | bodies(world, which)
+    fields = without_beliefs(n) | bodies(world, which)
     if has_estimators(minds):
         situations = rows(minds["estimator"]["situation"][which])
-        shown |= {"known": situations.known != 0, "p": situations.p.copy()}
-        draw_robots(world.robots[which], situations, shown["doing"], shown["believed"])
+        fields |= {"known": situations.known != 0, "p": situations.p.copy()}
+        draw_robots(world.robots[which], situations, fields["doing"], fields["believed"])
     else:
-        shown["doing"][robots.leg == TO_NEST] = TO_THE_NEST
-        shown["doing"][robots.leg == TO_PREY] = TO_THE_PREY
-    shown["round_trips"] = robots.round_trips.copy()
-    shown["on_path"] = float(knows_both_areas_now(robots.known, 1)[0])
-    return Scene(**shown)
+        fields["doing"][robots.leg == TO_NEST] = TO_THE_NEST
+        fields["doing"][robots.leg == TO_PREY] = TO_THE_PREY
+    fields["round_trips"] = robots.round_trips.copy()
+    fields["on_path"] = float(knows_both_areas_now(robots.known, 1)[0])
+    return Scene(**fields)
 
 
 @kernel

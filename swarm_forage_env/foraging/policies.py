@@ -8,7 +8,7 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Action, Command, Heard, Readings
 from swarm_forage_env.epuck.task import MOTION, STEERINGS, WHEELS, slots
-from swarm_forage_env.foraging.records import WORDS, Exchange, RobotState, Said, Situation
+from swarm_forage_env.foraging.records import WORDS, Exchange, PolicyMessages, RobotState, Situation
 from swarm_forage_env.observed_fields import FieldPath, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
@@ -41,7 +41,7 @@ _WALK = (
 _RAW = (
     *paths("readings", "robots.readings", Readings, "proximity ground odometry"),
     *paths("heard", "robots.heard", Heard, "is_valid range_bearing n_averaged"),
-    *paths("heard", "minds", Said, "heard"),
+    *paths("heard", "minds", PolicyMessages, "heard"),
 )
 
 
@@ -97,7 +97,7 @@ LEARNABLE = {
     ),
     "everything": PolicyInterface(
         _RAW,
-        WHEELS + paths("", "minds", Said, "speak words"),
+        WHEELS + paths("", "minds", PolicyMessages, "speak words"),
         (),
         slots,
         decision_period=5,
@@ -109,13 +109,13 @@ LEARNABLE = {
 
 
 @kernel
-def apply_action(robot: RobotState, said: Said) -> None:
+def apply_action(robot: RobotState, messages: PolicyMessages) -> None:
     """Command what the policy of a robot that forages says.
 
     Nobody reports itself lost, and nobody's beliefs are known: a robot that has visited an area
     counts as knowing it.
     """
-    robot.command.is_speaking = said.speak > 0.0
+    robot.command.is_speaking = messages.speak > 0.0
     for k in range(2):
         robot.command.wheels[k] = robot.action.wheels[k]
         robot.report.known[k] = robot.first_visit[k] >= 0

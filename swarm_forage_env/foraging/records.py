@@ -147,8 +147,8 @@ class Situation(Record):
     kept where a learner steers. Straight ahead under a motion that has no walk. Writer: decide."""
 
 
-class Said(Record):
-    """What a learner of everything says and hears."""
+class PolicyMessages(Record):
+    """Messages that a learner of everything sends and receives."""
 
     speak: float = field(np.float32, unit="broadcast if > 0", **SPEED)
     """Whether the message is broadcast. Writer: the environment."""

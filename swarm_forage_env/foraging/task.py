@@ -5,7 +5,7 @@ from swarm_forage_env.foraging import global_state, policies
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
-from swarm_forage_env.foraging.records import Said
+from swarm_forage_env.foraging.records import PolicyMessages
 from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -24,7 +24,7 @@ FORAGING = Task(
     policies=policies.LEARNABLE,
     steerings=policies.FORAGING_STEERINGS,
     gpu=ON_GPU,
-    raw_control=RawControl(Said, policies.apply_action, policies.hear_words, slots),
+    raw_control=RawControl(PolicyMessages, policies.apply_action, policies.hear_words, slots),
     potential=FORAGING_POTENTIAL,
     global_state=global_state.ForagingState,
     episode=FORAGING_EPISODE,

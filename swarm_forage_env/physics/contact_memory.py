@@ -30,7 +30,7 @@ FIRST_TOUCH, TOUCHING = 0, 1
 class ContactMemory:
     """All of a space that its next step depends on, but for the bodies' poses and velocities.
 
-    Shapes are told by their number: those of the robots first, then the walls.
+    Shapes are identified by number: those of the robots first, then the walls.
     """
 
     stamps: tuple[int, int]
@@ -56,10 +56,10 @@ def remembered(space: pymunk.Space) -> ContactMemory:
     tree, walls = _trees(space)
     nodes, leaves = list(_walk(tree.root)), _leaves(space, tree, walls)
     number = {shape: k for k, shape in enumerate(_shapes(space))}
-    found: dict[int, int] = {}
-    lists = [[found.setdefault(at, len(found)) for at in _pairs_of(leaf)] for leaf in leaves]
+    places: dict[int, int] = {}
+    lists = [[places.setdefault(at, len(places)) for at in _pairs_of(leaf)] for leaf in leaves]
     number_of_leaf = {ctypes.addressof(leaf): k for k, leaf in enumerate(leaves)}
-    pairs = map(Pair.from_address, found)
+    pairs = map(Pair.from_address, places)
     return ContactMemory(
         (lib.cpSpaceGetTimestamp(space._space), tree.stamp),
         lib.cpSpaceGetCurrentTimeStep(space._space),
@@ -174,9 +174,9 @@ def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
 
 def _link(memory: ContactMemory, leaves: list[Node]) -> "ctypes.Array[Pair]":
     pairs = (Pair * len(memory.pairs))()
-    for pair, (a, b, kept) in zip(pairs, memory.pairs, strict=True):
+    for pair, (a, b, number) in zip(pairs, memory.pairs, strict=True):
         pair.a.leaf, pair.b.leaf = map(ctypes.addressof, (leaves[a], leaves[b]))
-        pair.id = kept
+        pair.id = number
     for leaf, own in zip(leaves, memory.lists, strict=True):
         at = [ctypes.addressof(pairs[k]) for k in own]
         leaf.leaf.pairs = at[0] if at else None

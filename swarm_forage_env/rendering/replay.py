@@ -129,12 +129,12 @@ def page_of(
     `also` is what a script of the page may do beside; `others` are elements that it reads.
     """
     first, *beside = swarms
-    told = json.dumps({**about, **first, "beside": beside})
+    content = json.dumps({**about, **first, "beside": beside})
     return Template(part("replay.html")).substitute(
         title=html.escape(title),
         also=also,
         style=part("replay.css"),
-        about=told.replace("<", "\\u003c"),
+        about=content.replace("<", "\\u003c"),
         recordings="\n".join(
             [*(element_of(f"recording-{k}", each) for k, each in enumerate(packed)), others]
         ),

@@ -146,8 +146,8 @@ def text_of(stage: Stage, scene: Scene) -> str:
     digits = [str(k) if stage.n_robots <= 10 else ROBOT for k in range(stage.n_robots)]
     signs[row, column] = digits
     score, share = stage.headings
-    told = f"{scene.time:.1f} s, {score.lower()} {scene.total}, {share.lower()} {scene.share:.0%}"
-    return "\n".join(["".join(line) for line in signs[::-1]] + [told])
+    status = f"{scene.time:.1f} s, {score.lower()} {scene.total}, {share.lower()} {scene.share:.0%}"
+    return "\n".join(["".join(line) for line in signs[::-1]] + [status])
 
 
 def _cells(places: Float64[Array, "places 2"], half: Array, size: Array) -> tuple[Array, Array]:

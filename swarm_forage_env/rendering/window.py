@@ -189,8 +189,8 @@ class Window:
         self.show_what.selected = None
 
     def _toggle(self, what: str) -> None:
-        shown = vars(self.show_what)
-        shown[what] = not shown[what]
+        switches = vars(self.show_what)
+        switches[what] = not switches[what]
 
     def _select_at(self, spot: tuple[int, int]) -> None:
         if self._scene is not None:

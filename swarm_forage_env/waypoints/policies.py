@@ -17,9 +17,9 @@ from swarm_forage_env.waypoints.records import (
     Action,
     Command,
     Exchange,
+    PolicyMessages,
     Readings,
     RobotState,
-    Said,
     Sighting,
     Situation,
 )
@@ -49,7 +49,7 @@ _RAW = (
         FieldPath("heard", "sightings", Sighting, name, each="robots")
         for name in ("seen", "range", "bearing")
     ),
-    *paths("heard", "minds", Said, "heard"),
+    *paths("heard", "minds", PolicyMessages, "heard"),
 )
 
 _WEIGHT, _PULL = (paths("", "robots.action", Action, name) for name in ("weight", "acceleration"))
@@ -104,7 +104,7 @@ LEARNABLE = {
     ),
     "everything": PolicyInterface(
         _RAW,
-        _PULL + paths("", "minds", Said, "claim words"),
+        _PULL + paths("", "minds", PolicyMessages, "claim words"),
         (),
         robots,
         is_steering=True,
@@ -116,9 +116,9 @@ LEARNABLE = {
 
 
 @kernel
-def apply_action(robot: RobotState, said: Said) -> None:
+def apply_action(robot: RobotState, messages: PolicyMessages) -> None:
     """Command what the policy of a robot that visits waypoints says."""
-    robot.command.claim = said.claim > 0.0
+    robot.command.claim = messages.claim > 0.0
     for k in range(2):
         robot.command.acceleration[k] = robot.action.acceleration[k]
 

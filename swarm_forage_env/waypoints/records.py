@@ -227,8 +227,8 @@ class Situation(Record):
     """The robot claims its goal in this tick, and has no other yet."""
 
 
-class Said(Record):
-    """What a learner of everything says, claims and hears."""
+class PolicyMessages(Record):
+    """Messages that a learner of everything sends and receives, and its claims."""
 
     claim: float = word(unit="at the goal if > 0")
     """Whether the robot is at its goal: another one, please. Writer: the environment."""

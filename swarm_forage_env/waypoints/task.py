@@ -13,7 +13,7 @@ from swarm_forage_env.waypoints.control import decide_world
 from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.global_state import WAYPOINT_TRAJECTORY, WaypointsState
-from swarm_forage_env.waypoints.records import RobotState, Said, WorldState
+from swarm_forage_env.waypoints.records import PolicyMessages, RobotState, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
@@ -61,7 +61,9 @@ WAYPOINTS = Task(
     policies=policies.LEARNABLE,
     steerings=policies.STEERINGS,
     is_joint=True,
-    raw_control=RawControl(Said, policies.apply_action, policies.hear_words, policies.robots),
+    raw_control=RawControl(
+        PolicyMessages, policies.apply_action, policies.hear_words, policies.robots
+    ),
     potential=Potential(potential),
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,

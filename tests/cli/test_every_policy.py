@@ -115,7 +115,7 @@ def test_robots_without_layers_have_nothing_to_show_them(name):
     everything = policy_controller(lambda seen: np.zeros((len(seen), 15)), learn="everything")
     loop = Loop(find_scenario(name, {"task.n_robots": 4}), everything, [0])
     for part in ("exchange", "situation"):
-        with pytest.raises(ConfigError, match="no robot here has layers"):
+        with pytest.raises(ConfigError, match="no robot here has an estimator"):
             getattr(loop, part)
 
 

@@ -117,7 +117,7 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     ):
         compiles(kernels.check, {"check_actions": check}, given, limits, TROUBLE)
         taken = it.fields, it.learners, given, it.form, it.actions, pair
-        compiles(kernels.take, functions, *taken)
+        compiles(kernels.write_actions, functions, *taken)
     compiles(kernels.write_potentials, {"potential": potential}, it.robots, worlds, pair)
     compiles(kernels.credit, {}, it.learners, pair, potentials, it.terms, potentials)
     beside = it.additions, pair[:, 0].copy(), it.actions

@@ -55,7 +55,7 @@ def same(arrays):
     ],
 )
 def test_arrays_of_another_shape_are_refused(file, name, shape, told):
-    with pytest.raises(ConfigError, match=rf"{told}.* remove it to start anew"):
+    with pytest.raises(ConfigError, match=rf"{told}.* remove it to start again"):
         read_checkpoint(file, IDENTITY, {**WANTED, name: shape})
 
 
@@ -94,7 +94,7 @@ def test_what_is_no_checkpoint_is_refused_in_its_first_line(file, tmp_path):
         assert "\n" not in str(refusal.value)
     for kept in (None, {"other": "text"}):  # no record at all, and none of ours
         save_file(ARRAYS, file, kept)
-        with pytest.raises(ConfigError, match=r"cannot be read \(.*; remove it to start anew"):
+        with pytest.raises(ConfigError, match=r"cannot be read \(.*; remove it to start again"):
             read_checkpoint(file, IDENTITY, WANTED)
     with pytest.raises(ConfigError, match="cannot be read"):
         read_checkpoint(tmp_path / "none.safetensors", IDENTITY, WANTED)

@@ -80,8 +80,8 @@ def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend) -> None:
 
     There is a bar too if stderr is a terminal.
     """
-    kept = read_runs(out)
-    todo = [job for job in jobs if find(job, kept) is None]
+    runs = read_runs(out)
+    todo = [job for job in jobs if find(job, runs) is None]
     say(f"{len(jobs) - len(todo)} of {len(jobs)} runs found in {out}, {len(todo)} to make")
     for algorithm in {job.algorithm.name: job.algorithm for job in todo}.values():
         trainer_of(algorithm)  # tells early what is missing

@@ -87,7 +87,7 @@ def ladder(  # noqa: PLR0913 the options of a command
         list[str] | None,
         Option("--algorithm", metavar="NAME", help="Only this one; may be repeated."),
     ] = None,
-    seeds: Annotated[int, Option(min=0, help="Trainings of each; 0: none anew.")] = 5,
+    seeds: Annotated[int, Option(min=0, help="Trainings of each; 0: no new ones.")] = 5,
     budget: Annotated[
         int | None, Option(min=1, help="Robot-steps of a training.", show_default="the rung's")
     ] = None,
@@ -112,9 +112,9 @@ def ladder(  # noqa: PLR0913 the options of a command
         rung.normalised(0.0)  # tells early that its card has no scores
     spread = find_backend(backend, workers, address=address)
     run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread)
-    shown = {rung.name for rung in chosen}, {algorithm.name for algorithm in trained}
+    names = {rung.name for rung in chosen}, {algorithm.name for algorithm in trained}
     for run in _tell(page, out):
-        if run.rung in shown[0] and run.algorithm in shown[1]:
+        if run.rung in names[0] and run.algorithm in names[1]:
             normalised = known[run.rung].normalised(run.score)
             typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
 
@@ -159,10 +159,10 @@ def _tell(page: Path | None, out: Path) -> "Sequence[Run]":
     from training.ladder.rungs import find_algorithms, read_rungs
     from training.ladder.runs import current, marl_eval, read_runs, write_json
 
-    kept, rungs = read_runs(out), list(read_rungs().values())
-    runs = current(kept, rungs, find_algorithms(None))
+    stored, rungs = read_runs(out), list(read_rungs().values())
+    runs = current(stored, rungs, find_algorithms(None))
     counted = {(*run.identity, run.key) for run in runs}
-    for run in kept:
+    for run in stored:
         if (*run.identity, run.key) not in counted:
             say(
                 f"{out}: {run.rung}, {run.algorithm}, seed {run.seed} no longer counts, as it is of"

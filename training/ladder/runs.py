@@ -137,13 +137,13 @@ def current(
 
     Of two of a seed it is the longer one.
     """
-    found: list[Run] = []
+    counted: list[Run] = []
     for rung, algorithm in product(rungs, algorithms):
         wanted = (rung.name, algorithm.name, Job(rung, algorithm, 0).key)
         alike = [run for run in runs if (*run.identity[:2], run.key) == wanted]
         longest = {run.seed: run for run in sorted(alike, key=lambda run: run.robot_steps)}
-        found += [longest[seed] for seed in sorted(longest)]
-    return found
+        counted += [longest[seed] for seed in sorted(longest)]
+    return counted
 
 
 def read_runs(file: Path) -> list[Run]:
@@ -167,7 +167,7 @@ def write_runs(runs: Sequence[Run], file: Path) -> None:
 
 
 def add_run(run: Run, file: Path) -> None:
-    """Add a run to a Parquet file, in the place of those of its seed that are not longer."""
+    """Add a run to a Parquet file; it replaces those of its seed that are not longer."""
     others = [
         each
         for each in read_runs(file)
@@ -274,14 +274,14 @@ def improvements(
     And on how many rungs both have runs; algorithms that share none are left out.
     """
     groups = by_algorithm(runs)
-    found = {}
+    probabilities = {}
     for algorithm, own in groups.items():
         names = {run.rung for run in own} & {run.rung for run in groups[base]}
         shared = [rung for rung in rungs if rung.name in names]
         if algorithm != base and shared:
             strata = strata_of(shared, own), strata_of(shared, groups[base])
-            found[algorithm] = probability_of_improvement(*strata), len(shared)
-    return found
+            probabilities[algorithm] = probability_of_improvement(*strata), len(shared)
+    return probabilities
 
 
 def score_word(rung: Rung) -> str:

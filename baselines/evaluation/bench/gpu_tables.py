@@ -26,7 +26,7 @@ def gpu_table(measured: list[Measured]) -> Group:
     """Table with a row for each number of worlds; a dash for what the driver does not report."""
     rows = [_cells(each) for each in measured]
     columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
-    shown: list[RenderableType] = [
+    parts: list[RenderableType] = [
         Text("Worlds on a GPU: kinematic, ssgikf; millions of robot-steps a second", style="bold"),
         FittingTable("worlds", [each["case"] for each in measured], columns),
         Text(
@@ -38,19 +38,19 @@ def gpu_table(measured: list[Measured]) -> Group:
         ),
     ]
     if goals := goals_of(measured):
-        shown += [Text("\nGoals, of an H200", style="bold"), budgets_table(goals)]
-    return Group(*shown)
+        parts += [Text("\nGoals, of an H200", style="bold"), budgets_table(goals)]
+    return Group(*parts)
 
 
 def goals_of(measured: list[Measured]) -> list[Measured]:
     """Every goal of a number of worlds that was measured, with its result."""
-    found = {each["case"]: each for each in measured}
+    by_case = {each["case"]: each for each in measured}
     least, most = (
         [
-            (f"{case}: {words}", found[case][key] / unit, goal, name)
+            (f"{case}: {words}", by_case[case][key] / unit, goal, name)
             for key, (words, goals) in each.items()
             for case, goal in goals.items()
-            if case in found
+            if case in by_case
         ]
         for each, unit, name in ((SPEEDS, MILLION, "M/s"), (SECONDS, 1.0, "s"))
     )
