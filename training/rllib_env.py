@@ -145,8 +145,8 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         return [dict(zip(self.env.learners, world, strict=True)) for world in observations]
 
     def _all(self, value: bool) -> list[OfAgents]:
-        """The same for every agent of every world, and for all together."""
-        return [dict.fromkeys([*self.env.learners, ALL], value) for _ in range(self.num_envs)]
+        """For all agents together: RLlib takes agents that are all truncated for terminated."""
+        return [{ALL: value} for _ in range(self.num_envs)]
 
     def _silence(self) -> list[OfAgents]:
         return [{agent: {} for agent in self.env.learners} for _ in range(self.num_envs)]

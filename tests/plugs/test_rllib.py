@@ -119,15 +119,19 @@ def test_env_runners_in_other_processes_step_a_block_each(example, small, ray):
     algorithm = config.env_runners(num_env_runners=2).build_algo()
     told = algorithm.train()["env_runners"]
     blocks = algorithm.env_runner_group.foreach_env_runner(
-        lambda runner: (type(runner.env).__name__, runner.env.env.world.robots["pose"].copy()),
+        lambda runner: (
+            type(runner.env).__name__,
+            [(each.is_truncated, each.is_terminated) for each in runner.sample(num_episodes=2)],
+            runner.env.env.episodes.streams.copy(),
+        ),
         local_env_runner=False,
     )
     algorithm.stop()
     assert told["num_env_steps_sampled_lifetime"] == 120
-    assert [name for name, _ in blocks] == ["SwarmVectorEnv"] * 2
-    (_, first), (_, second) = blocks
-    assert first.shape == second.shape == (2, 4, 3)
-    assert (first != second).any(), "each runner has worlds of its own"
+    names, ends, streams = zip(*blocks, strict=True)
+    assert names == ("SwarmVectorEnv",) * 2
+    assert ends == ([(True, False)] * 2,) * 2, "a time-out is bootstrapped"
+    assert (streams[0] != streams[1]).any(), "each runner has worlds of its own"
 
 
 def test_the_example_trains_and_compares(example, tmp_path, capsys):
