@@ -248,15 +248,16 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
 
 
 def numbers_of(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
-    """The numbers of the chosen worlds, all for None; ConfigError for what names none."""
+    """The numbers of the chosen worlds in their order, or all; ConfigError for what names none."""
     if worlds is None:
         return np.arange(n_worlds)
     chosen = np.asarray(worlds)
     if chosen.dtype == np.bool_ and chosen.shape == (n_worlds,):
         return np.flatnonzero(chosen)
-    is_number = chosen.dtype.kind in "iu" and chosen.ndim == 1
+    is_number = chosen.dtype.kind in "iu" and chosen.shape == np.unique(chosen).shape
     if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
-        return np.unique(chosen).astype(np.int64)
+        return chosen.astype(np.int64)
     raise ConfigError(
-        f"worlds={worlds!r}: must be a mask of {n_worlds}, or numbers from 0 to {n_worlds - 1}"
+        f"worlds={worlds!r}: must be a mask of {n_worlds}, or different numbers from 0 to"
+        f" {n_worlds - 1}"
     )

@@ -79,9 +79,9 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or numbers from 0 to 1"),
+        ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or different numbers from 0 to 1"),
         ({"worlds": [True]}, "must be a mask of 2"),
-        ({"worlds": "all"}, "must be a mask of 2"),
+        ({"worlds": [0, 0]}, "must be a mask of 2"),
         ({"seed": [1]}, r"seed=\[1\]: must be 2, one for each world"),
         ({"seed": -1}, "seed=-1"),
         ({"options": {"task.n_robots": 3}}, "lasts as long as the environment"),
@@ -115,8 +115,8 @@ def test_numbers_are_drawn_anew_for_each_world_and_episode():
     assert all(len({*first[name], *second[name]}) == 6 for name in ranges)
     distances = [each.task.area_distance for each in env.world.scenarios]
     assert_array_equal(second["task.area_distance"], distances)
-    _, again = env.reset(seed=0)
-    assert_same(first.values(), again.values())
+    for turned in ({"seed": 0}, {"seed": [2, 0], "worlds": [2, 0]}):
+        assert_same(first.values(), env.reset(**turned)[1].values())
     alone = begun(1, seed=1, **{name: first[name][1] for name in ranges})
     straight = np.full((3, 4, 2), 0.3, np.float32)
     assert_array_equal(env.step(straight)[0][1], alone.step(straight[:1])[0][0])
