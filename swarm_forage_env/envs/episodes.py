@@ -148,9 +148,9 @@ class Episodes:
         self._start(np.asarray(seeds, np.uint64), np.arange(len(seeds)))
 
     def stagger(self) -> None:
-        """Let these episodes end one after the other, evenly spread over an episode's time."""
+        """Let the episodes that have begun end one after the other, evenly spread over the time."""
         share = np.arange(1, len(self.ends) + 1) / len(self.ends)
-        self.ends[:] = np.maximum(1, np.ceil(share * self.ends))
+        self.ends[:] = np.ceil(share * self.ends)
         self.is_ahead = True
 
     def snapshot(self) -> object:

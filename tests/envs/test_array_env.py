@@ -64,9 +64,11 @@ def test_staggered_worlds_end_one_after_the_other():
 
 
 def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
-    env = ArrayEnv("es1", 2, stagger=True, **SHORT)
-    with pytest.raises(ResetNeeded, match="has not begun"):
-        env.step(np.zeros((2, 4, 2), np.float32))
+    env, half = (ArrayEnv("es1", 2, stagger=True, **SHORT) for _ in range(2))
+    half.reset(worlds=[1])
+    for each in (env, half):
+        with pytest.raises(ResetNeeded, match="has not begun"):
+            each.step(np.zeros((2, 4, 2), np.float32))
     env.reset(seed=0)
     with pytest.raises(ConfigError, match=r"shape \(8, 2\): must be \(2, 4, 2\)"):
         env.step(np.zeros((8, 2), np.float32))
