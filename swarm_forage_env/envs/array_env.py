@@ -395,6 +395,7 @@ class ArrayEnv:
         config, worlds, learners = self.config, self._on, self.learner_numbers
         scenarios = self.episodes.extremes
         form = PolicyForm(scenarios, config)
+        self.episodes.check_bounds = form.check_bounds
         self._at_once = None
         if isinstance(worlds, DeviceLoop) and config.step_on != "exchange":
             self._at_once = WholeDecision(worlds, form, learners, self.episodes)

@@ -1,6 +1,6 @@
 """Episodes of a block of worlds: their seeds, their numbers, and when each ends."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
@@ -58,6 +58,8 @@ class Episodes:
         """Decisions after which its episode ends; 0 before the first one."""
         self.is_ahead = False
         """Streams or decisions were set, of which a GPU that counts them itself knows nothing."""
+        self.check_bounds: Callable[[BaseScenario], None] | None = None
+        """Refuses options under which observations leave their space."""
         self._is_other = np.zeros(n_worlds, np.bool_)
         self.seed([None] * n_worlds)
 
@@ -179,7 +181,10 @@ class Episodes:
                 raise ConfigError(
                     f"options['{name}']: {why}; give it where the environment is made"
                 )
-        return override(self._scenario, numbers, OPTION)
+        scenario = override(self._scenario, numbers, OPTION)
+        if numbers and self.check_bounds is not None:
+            self.check_bounds(scenario)
+        return scenario
 
     def _restart(
         self,

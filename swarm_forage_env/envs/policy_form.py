@@ -11,7 +11,7 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import ActionForm, Actions
 from swarm_forage_env.envs.config import EnvConfig, n_steps
 from swarm_forage_env.envs.observations import Observer, Observing, Place, stacked
-from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.parameters import BaseScenario
@@ -52,6 +52,18 @@ class PolicyForm:
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
         self.action_space: Box | Discrete[np.int64] = self.action.space
+
+    def check_bounds(self, scenario: BaseScenario) -> None:
+        """ConfigError where the layer sees numbers beyond these bounds in another scenario."""
+        bounds = {each.name: each for each in self.observer.shown}
+        for each in self.policy.layout(scenario, self.has_walk):
+            here = bounds.get(each.name, each)
+            if each.low < here.low or each.high > here.high:
+                raise ConfigError(
+                    f"options: {each.name} would go from {each.low:.3g} to {each.high:.3g}"
+                    f" {each.unit}, and observations here have {here.low:.3g} to {here.high:.3g};"
+                    " set the parameter where the environment is made, or randomise it"
+                )
 
     def hand_over(self, action: Array, own: Mapping[str, Any]) -> None:
         """Mark the layers that it replaces as a learner's, of some robots for each layer."""

@@ -108,6 +108,8 @@ def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
     assert env.scenario.task.area_distance == 1.5
     with pytest.raises(UnknownNameError, match="named 'area_distanc', did you mean"):
         env.reset(options={"area_distanc": 1.0})
+    with pytest.raises(ConfigError, match=r"ground.left would go from 0 to 1.92 brightness, and"):
+        env.reset(options={"sensors.ground_noise": 0.9})
 
 
 def test_numbers_are_drawn_anew_for_each_world_and_episode():
