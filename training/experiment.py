@@ -147,16 +147,15 @@ class Experiment:
         self._check_same_observations()
 
     def _check_same_observations(self) -> None:
-        """Raise ConfigError if a layer's observation space differs between the scenarios."""
-        first, *others = self.scenarios_by_name.items()
-        for layer in self.layers:
-            features = observation_features(layer, first[1])
-            for name, scenario in others:
-                if observation_features(layer, scenario) != features:
-                    raise ConfigError(
-                        f"scenarios '{first[0]}' and '{name}': show other numbers to the {layer},"
-                        " so that no policy fits both; radio.slots decides how many"
-                    )
+        """Raise ConfigError if observations differ between the scenarios."""
+        (first, scenario), *others = self.scenarios_by_name.items()
+        features = observation_features(self.layer, scenario)
+        for name, scenario in others:
+            if observation_features(self.layer, scenario) != features:
+                raise ConfigError(
+                    f"scenarios '{first}' and '{name}': show other numbers to a policy, so that"
+                    " none fits both; radio.slots decides how many"
+                )
 
     @cached_property
     def scenarios_by_name(self) -> dict[str, Scenario]:

@@ -184,12 +184,12 @@ def misfit(has: Shapes, wants: Shapes) -> str:
     return ""
 
 
-def observation_layout(layer: LayerName, scenario: Scenario) -> FieldLayout:
+def observation_layout(layer: str, scenario: Scenario) -> FieldLayout:
     """Observation layout of a layer in a scenario."""
     return LEARNABLE[layer].layout(scenario, has_walk=False)
 
 
-def observation_features(layer: LayerName, scenario: Scenario) -> tuple[FeatureName, ...]:
+def observation_features(layer: str, scenario: Scenario) -> tuple[FeatureName, ...]:
     """Components of a layer's observation in a scenario."""
     return _names(observation_layout(layer, scenario))
 

@@ -33,6 +33,7 @@ def test_a_scenario_takes_numbers_of_its_own(experiment):
 
 
 IMITATION = {"algorithm": "imitation", "population": None}
+EVERYTHING = {"algorithm": "ppo", "layer": "everything", "population": None}
 
 REFUSED = [
     ({"layer": "sensing"}, "no layer named 'sensing'"),
@@ -61,7 +62,7 @@ REFUSED = [
     ({"held_back": 1001}, "--held-back=1001"),
     ({"population": 3}, "--population=3: must be at least 4"),
     ({"algorithm": "ppo", "population": 8}, "is for cma only"),
-    ({"layer": "motion", "scenarios": ("es1", "es1:radio.slots=2")}, "show other numbers to the m"),
+    ({**EVERYTHING, "scenarios": ("es1", "es1:radio.slots=2")}, "show other numbers to a policy"),
     ({"scenarios": ("es1:frames",)}, "scenario='es1:frames': 'frames' must be parameter=value"),
     ({"seed": -1}, "seed=-1"),
     ({"seed": LAST_SEED + 1}, "must be at most 1000000000"),
