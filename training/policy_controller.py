@@ -21,7 +21,7 @@ from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.keywords import Learn, PolicyOptions
 from swarm_forage_env.envs.make import WITH_ARGUMENTS, observation_name
 from swarm_forage_env.envs.pilot import Pilot
-from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.envs.policy_form import OF_BOUND, PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController, TeamController
 from swarm_forage_env.parameters import BaseScenario, Parameters, validated
@@ -157,7 +157,7 @@ class PolicyController(LayeredController):
         form = PolicyForm([scenario], self.policy.config())
         card = self.policy.card()
         if card is not None:
-            _check_observes(self.policy, card.observes, form.observes)
+            _check_observes(self.policy, card, form)
         return form
 
     def _started(self, form: PolicyForm, robots: Sequence[int]) -> Steer:
@@ -275,11 +275,13 @@ def _check_named(
         )
 
 
-def _check_observes(
-    policy: ForeignPolicy, trained: Sequence[tuple[str, str]], here: Sequence[tuple[str, str]]
-) -> None:
+def _check_observes(policy: ForeignPolicy, card: PolicyCard, form: PolicyForm) -> None:
     """ConfigError for the first feature that was another one in training."""
-    features = (["{} [{}]".format(*each) for each in side] for side in (trained, here))
+    common = OF_BOUND if card.keywords.normalise == form.config.normalise else ""
+    features = (
+        [f"{name} [{unit.removeprefix(common)}]" for name, unit in side]
+        for side in (card.observes, form.observes)
+    )
     for k, (old, new) in enumerate(zip_longest(*features, fillvalue="nothing")):
         if old != new:
             raise ConfigError(

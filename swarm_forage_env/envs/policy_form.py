@@ -21,6 +21,9 @@ from swarm_forage_env.task import task_of
 BOUND = re.compile(r"of [-+.e0-9]+ ")
 """Start of the unit of a number that is divided by its bound, which depends on the scenario."""
 
+OF_BOUND = "of its bound, in "
+"""What `observes` has in its place; a bound of 1 has neither."""
+
 
 class PolicyForm:
     """What a policy observes of a robot and gives for it, under the keywords of an environment."""
@@ -80,7 +83,7 @@ class PolicyForm:
     @property
     def observes(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of each number of an observation, the same under other bounds."""
-        return tuple((each.name, BOUND.sub("of its bound, in ", each.unit)) for each in self.layout)
+        return tuple((each.name, BOUND.sub(OF_BOUND, each.unit)) for each in self.layout)
 
     def actions(self, robots: Sequence[int]) -> Actions:
         """What turns the actions of these robots of a world into what the layers take."""

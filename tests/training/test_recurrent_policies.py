@@ -71,6 +71,7 @@ def test_a_recurrent_model_does_what_it_does_by_hand_with_its_states(trained, mo
     together = ran(controller, [7, 8])
     assert_array_equal(together, [driven(model, 7), driven(model, 8)])
     assert_array_equal(ran(controller, [8]), together[1:])
+    assert controller.form(find_scenario(NEAR, {"radio.frames": 1}))  # whose bound is 1, not 2
     assert not np.array_equal(driven(model, 7, remembers=False), together[0])
 
 
