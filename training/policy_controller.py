@@ -179,7 +179,8 @@ class PolicyController(LayeredController):
             return None
         try:
             bare = find_controller(card.controller.partition(":")[0])
-            if not _is_hand_written(bare):
+            parts = bare.layers.values() if isinstance(bare, LayeredController) else ()
+            if not parts or any(hasattr(type(part), "reads") for part in parts):
                 raise ConfigError(f"controller '{card.controller}': is not of hand-written layers")
             parameters = parse_controller(card.controller)[1]
             if parameters.keys() & REGISTRIES.keys():
@@ -209,13 +210,6 @@ class PolicyController(LayeredController):
         return PolicyController(
             self.name, other.estimator, other.weighting, other.motion, self.policy
         )
-
-
-def _is_hand_written(controller: Controller) -> bool:
-    """Whether it is layers none of which reads a file."""
-    if not isinstance(controller, LayeredController):
-        return False
-    return not any(hasattr(type(part), "reads") for part in controller.layers.values())
 
 
 def policy_controller(

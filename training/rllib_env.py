@@ -81,23 +81,19 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
         self, action_dict: OfAgents
     ) -> tuple[OfAgents, OfAgents, OfAgents, OfAgents, OfAgents]:
         """One decision period."""
-        step = self._block.advance([action_dict])
-        observations, rewards, terminated, truncated, infos = (each[0] for each in step)
-        return observations, rewards, terminated, truncated, infos
+        (seen,), (rewards,), (ended,), (cut,), (infos,) = self._block.advance([action_dict])
+        return seen, rewards, ended, cut, infos
 
 
 class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
     """Worlds in one block, whose episodes end together; the next step resets them."""
 
-    def __init__(
-        self, options: Mapping[str, Any], num_envs: int, envs: Sequence[Any] = (), stride: int = 1
-    ) -> None:
-        """Make `num_envs` worlds; `envs` give RLlib the spaces of each.
+    stride = 1
+    """World w has seed + w stride: RLlib gives its env runners seeds that follow one another."""
 
-        World w has seed + w stride: RLlib gives its env runners seeds that follow one another.
-        """
+    def __init__(self, options: Mapping[str, Any], num_envs: int, envs: Sequence[Any] = ()) -> None:
+        """Make `num_envs` worlds; `envs` give RLlib the spaces of each."""
         super().__init__()
-        self._stride = stride
         self.env = env = ArrayEnv(**options, n_worlds=num_envs)
         env.check_keeps_step("leave SwarmEnvRunner out, or take num_envs_per_env_runner=1")
         self.num_envs, self.envs = num_envs, list(envs)
@@ -114,8 +110,8 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         self, *, seed: Seeds = None, options: dict[str, object] | None = None
     ) -> tuple[list[OfAgents], list[OfAgents]]:
         """Reset every world; seeds and options are those of `ArrayEnv`."""
-        if isinstance(seed, int) and self._stride > 1:
-            seed = range(seed, seed + self.num_envs * self._stride, self._stride)
+        if isinstance(seed, int) and self.stride > 1:
+            seed = range(seed, seed + self.num_envs * self.stride, self.stride)
         observations, _ = self.env.reset(seed=seed, options=options)
         self._over = False
         return self._by_agent(observations), self._silence()
@@ -177,8 +173,8 @@ class SwarmEnvRunner(MultiAgentEnvRunner):  # type: ignore[misc]
         """Make the environments as RLlib does, and replace them by one block."""
         super().make_env()
         worlds: list[Any] = self.env.envs
-        stride = max(1, self.config.num_env_runners)
-        self.env: Any = SwarmVectorEnv(worlds[0].unwrapped.options, self.num_envs, worlds, stride)
+        self.env: Any = SwarmVectorEnv(worlds[0].unwrapped.options, self.num_envs, worlds)
+        self.env.stride = max(1, self.config.num_env_runners)
 
 
 class SavesPolicies(RLlibCallback):  # type: ignore[misc]

@@ -58,13 +58,12 @@ class PolicyForm:
 
     def check_bounds(self, scenario: BaseScenario) -> None:
         """ConfigError where the layer sees numbers beyond these bounds in another scenario."""
-        bounds = {each.name: each for each in self.observer.shown}
-        for each in self.policy.layout(scenario, self.has_walk):
-            here = bounds.get(each.name, each)
-            if each.low < here.low or each.high > here.high:
+        shown, layout = self.observer.shown, self.policy.layout(scenario, self.has_walk)
+        for here, there in zip(shown, widest([shown, layout]), strict=False):
+            if (here.low, here.high) != (there.low, there.high):
                 raise ConfigError(
-                    f"options: {each.name} would go from {each.low:.3g} to {each.high:.3g}"
-                    f" {each.unit}, and observations here have {here.low:.3g} to {here.high:.3g};"
+                    f"options: {here.name} would go from {there.low:.3g} to {there.high:.3g}"
+                    f" {here.unit}, and observations here have {here.low:.3g} to {here.high:.3g};"
                     " set the parameter where the environment is made, or randomise it"
                 )
 

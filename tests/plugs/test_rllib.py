@@ -63,8 +63,7 @@ def test_a_world_goes_through_what_it_goes_through_alone(options, small):
         assert infos[1][agent] | {"unshaped_reward": expected["unshaped_reward"]} == expected
     last = block.env.world.robots["pose"].copy()
     _, rewards, terminated, truncated, _ = block.step([{}, {}, {}])
-    assert not truncated[1]["__all__"]
-    assert not terminated[1]["__all__"]
+    assert truncated[1] == terminated[1] == {"__all__": False}
     assert set(rewards[1].values()) == {0.0}
     assert (block.env.world.robots["pose"] != last).all(axis=2).any()
 
