@@ -78,12 +78,6 @@ def test_the_shorter_of_time_limit_and_max_cycles_ends_the_episodes(most, cycles
     assert assert_equal_for(15, pickle.loads(pickle.dumps(block)), single) == 3 * 3
 
 
-@pytest.mark.parametrize("mode", AutoresetMode)
-def test_the_metadata_say_how_episodes_follow_each_other(mode):
-    assert in_one_block(SINGLE, mode).metadata["autoreset_mode"] is mode
-    assert gym.make_vec(SINGLE).metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
-
-
 def test_without_autoreset_the_end_is_the_end():
     block = in_one_block(SINGLE, "Disabled", max_episode_steps=1)
     block.reset(seed=0, options={"reset_mask": np.ones(WORLDS, bool)})
@@ -126,11 +120,14 @@ def test_a_mask_that_does_not_fit_is_refused(mode, mask, says):
         block.reset(options={"reset_mask": np.array(mask)})
 
 
-def test_a_block_is_made_again_from_its_spec():
-    block = in_one_block(JOINT, "SameStep", learn="weighting", max_cycles=9)
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_a_block_is_made_again_from_its_spec_and_says_how_episodes_follow(mode):
+    block = in_one_block(JOINT, mode, learn="weighting", max_cycles=9)
     again = gym.make_vec(block.spec)
     assert (again.num_envs, again.max_cycles) == (WORLDS, 9)
     assert again.metadata == block.metadata
+    assert again.metadata["autoreset_mode"] is mode
+    assert gym.make_vec(SINGLE).metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     assert_array_equal(again.reset(seed=3)[0], block.reset(seed=3)[0])
 
 
@@ -143,6 +140,7 @@ def test_a_block_is_made_again_from_its_spec():
         ({"max_episode_steps": 5, **EXCHANGES}, "max_episode_steps=5: under .* give max_cycles"),
         ({"num_envs": 2, "stagger": True}, "stagger=True: worlds end .*='Disabled'"),
         ({"num_envs": 2, **EXCHANGES}, "step_on='exchange': worlds end at .*='sync'"),
+        ({"num_envs": 2, "render_mode": "human"}, "one window shows one world, not 2"),
         ({"autoreset_mode": "never"}, "'never': must be one of 'NextStep', 'SameStep', 'Disabled'"),
     ],
 )
@@ -193,8 +191,3 @@ def test_each_world_has_a_frame():
     assert one.shape == other.shape
     assert (one != other).any()
     worlds.close()
-
-
-def test_a_window_on_several_worlds_is_refused():
-    with pytest.raises(ConfigError, match="one window shows one world, not 2"):
-        gym.make_vec(SINGLE, num_envs=2, render_mode="human")
