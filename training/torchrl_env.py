@@ -78,8 +78,10 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
     Each world has "done", "terminated" and "truncated" and so, for the losses of TorchRL, has
     each of its robots. Collectors reset the worlds whose episodes are over, each to the next seed
-    of its sequence; `stagger`ed episodes end one after the other. Choices (`discrete`) are
-    numbers, or one-hot with `categorical_actions=False`.
+    of its sequence; `stagger`ed episodes end one after the other. Shorten episodes by `max_cycles`:
+    `StepCounter(max_steps=...)` and a collector's `max_frames_per_traj` of TorchRL 0.11 fail on
+    robots' ends in batches, or with as many worlds as robots give them to the wrong ones. Choices
+    (`discrete`) are numbers, or one-hot with `categorical_actions=False`.
 
     With `device="cuda"` the worlds run on a GPU, and no tensor leaves its memory but the mask of
     the worlds to reset. It needs `physics="kinematic"` and, as a CPU writes the "state",
