@@ -77,12 +77,14 @@ LATEST = "latest.safetensors"  # file of the policy of the last interval
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> PolicyController:
     """Run or resume an experiment with PPO, and return the best policy as a controller."""
-    return controller_of(run(PPOTraining(experiment), experiment, "robot step", say))
+    file = run(PPOTraining(experiment), experiment, "robot step", say)
+    return controller_of(file, controller_beside(experiment))
 
 
-def controller_of(file: Path) -> PolicyController:
-    """The controller of a policy that PPO has saved, by its card."""
-    return named_policy("network", NetworkPolicy()).with_parameters({"file": str(file)})
+def controller_of(file: Path, beside: LayeredController | None = None) -> PolicyController:
+    """The controller of a policy that PPO has saved, by its card, or beside other layers."""
+    terms = {"file": str(file), "controller": beside}
+    return named_policy("network", NetworkPolicy()).with_parameters(terms)
 
 
 class PPOTraining(Training):
@@ -122,7 +124,7 @@ class PPOTraining(Training):
         """Round trips of the latest policy, which is saved, in each held-back world."""
         experiment, file = self._experiment, self._experiment.out / LATEST
         self._write(file, self._weights, {})
-        controller = controller_of(file)
+        controller = controller_of(file, controller_beside(experiment))
         seeds, physics = experiment.held_back_seeds, experiment.physics
         trips = {}
         for name, scenario in experiment.scenarios_by_name.items():

@@ -185,13 +185,17 @@ Outcome = tuple["Mapping[str, Interval]", Path, str | None]
 
 def _run(experiment: "Experiment", backend: "Backend") -> Outcome:
     if experiment.algorithm == "ppo":
+        from swarm_forage_env.interface import files_read_by
         from training import ppo
 
         foreign = ppo.train(experiment, say).policy
         card = foreign.card()
         assert card is not None
         assert card.training is not None
-        return card.training.score, Path(foreign.source), f"network:{foreign.source}"
+        runs, layers = f"network:{foreign.source}", experiment.base_controller.layers.values()
+        if any(map(files_read_by, layers)):  # whose names no card may give
+            runs += f",controller={experiment.controller}"
+        return card.training.score, Path(foreign.source), runs
     from training import cma_es, dagger
     from training.controllers import controller_name, with_learned_layers
 

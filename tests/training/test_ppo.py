@@ -69,10 +69,10 @@ def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
     assert len(read_card(experiment.out / BEST_POLICY).curve) == len(last)
 
 
-def test_a_policy_begins_with_the_deviation_of_its_layer(motion, monkeypatch):
+def test_a_policy_beside_learned_layers_begins_with_the_deviation_of_its_layer(motion, monkeypatch):
     preset = replace(ppo.PRESETS["motion"], log_std=-0.5)
     monkeypatch.setitem(ppo.PRESETS, "motion", preset)
-    experiment = motion()
+    experiment = motion(controller="learned-both")
     ppo.PPOTraining(experiment).evaluate()
     assert_array_equal(weights(experiment.out)["log_std"], np.full(2, -0.5, np.float32))
 
