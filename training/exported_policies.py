@@ -22,15 +22,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from training.foreign_file import check_file, check_zip, reason
-from training.policy import (
-    SHOWN_BY,
-    PolicyFile,
-    Predict,
-    Recurrent,
-    StateSize,
-    imported,
-    module_file,
-)
+from training.policy import PolicyFile, Predict, Recurrent, StateSize, imported, module_file
 from training.policy_card import PolicyCard
 from training.policy_file import missing_package
 
@@ -130,7 +122,7 @@ class CallablePolicy(PolicyFile):
     @property
     def reads(self) -> tuple[Path, ...]:
         """The file of the module too."""
-        return (*SHOWN_BY, module_file(self._function()))
+        return (*super(PolicyFile, self).reads, module_file(self._function()))
 
     def card(self) -> PolicyCard | None:
         """A function has none: its name gives the keywords."""

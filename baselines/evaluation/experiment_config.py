@@ -4,6 +4,7 @@ import ast
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.metadata import version
@@ -19,6 +20,7 @@ from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.extras import COMMON_NAMES
 from swarm_forage_env.interface import files_read_by
 from swarm_forage_env.parameters import Parameters, leaves
 from swarm_forage_env.physics import ENGINES
@@ -44,6 +46,9 @@ NOT_HASHED = {
 }
 """Folders and files of the world that change no number of an evaluated episode, and what they are
 there for."""
+
+OURS = ("swarm_forage_env", *COMMON_NAMES)
+"""Packages of which an episode depends on some folders alone."""
 
 LIBRARIES = ("numba", "numpy", "pymunk")
 """What the world calculates with; another version may round differently."""
@@ -104,16 +109,17 @@ class ExperimentConfig:
 
         The code is that of the world but for NOT_HASHED, of every file beside the scenario's class,
         the engine and a layer of the controller, of those that a layer `reads`, and of what puts
-        the layers together and measures.
+        the layers together and measures. Of another package that any of it is in, it is all code.
         """
         world = Path(swarm_forage_env.__file__).parent
         parts = (*self.controller.layers.values(), self.scenario)
+        read = {file for part in parts for file in files_read_by(part)}
         homes = {Path(getfile(ENGINES[self.physics]))}.union(
-            *(_files(each, Parameters) for each in parts)
+            *(_files(each, Parameters) for each in parts),
+            (each for each in read if each.suffix == ".py" and _root(each).name not in OURS),
         )
-        files = {file for home in homes for file in home.parent.glob("*.py")}
-        files = {each for each in files.union(world.rglob("*.py")) if not _is_unhashed(each, world)}
-        files = files.union(*map(files_read_by, parts))
+        files = set(world.rglob("*.py")).union(*map(_beside, homes))
+        files = {each for each in files if not _is_unhashed(each, world)} | read
         files |= _files(self.controller, LayeredController)
         files |= {Path(running.__file__), Path(composition.__file__), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
@@ -205,10 +211,27 @@ def _is_unhashed(file: Path, world: Path) -> bool:
     return not NOT_HASHED.keys().isdisjoint(inside)
 
 
+def _root(file: Path) -> Path:
+    """The folder of the whole package that a file is in; that of the file if it is in none."""
+    folder = file.parent
+    while (folder.parent / "__init__.py").is_file():
+        folder = folder.parent
+    return folder
+
+
+def _beside(home: Path) -> Iterable[Path]:
+    """The code beside a file: that of its folder, of another package than ours all of it."""
+    root = _root(home)
+    is_other = root.name not in OURS and (root / "__init__.py").is_file()
+    return root.rglob("*.py") if is_other else home.parent.glob("*.py")
+
+
 def _content(file: Path) -> bytes:
     """What an episode may depend on in a file: of Python, the code without its docstrings."""
     content = file.read_bytes()
-    return _without_prose(content) if file.suffix == ".py" else content
+    with suppress(SyntaxError, ValueError):  # a template of code, which nobody imports
+        return _without_prose(content) if file.suffix == ".py" else content
+    return content
 
 
 @cache

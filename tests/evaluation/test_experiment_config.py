@@ -71,7 +71,6 @@ class Rule:
 @pytest.mark.parametrize(
     ("before", "after", "is_same"),
     [
-        ("", "", True),
         ('"""A rule."""', '"""A good rule."""', True),
         ('"""Of the rule."""', "", True),
         ('"""Weighs."""', "pass", False),
@@ -84,8 +83,11 @@ class Rule:
 def test_other_code_is_another_configuration_and_other_prose_is_not(
     configure, monkeypatch, tmp_path, before, after, is_same
 ):
-    rule = tmp_path / "rule.py"
-    monkeypatch.setattr("baselines.evaluation.experiment_config.getfile", lambda _: str(rule))
+    rule, home = tmp_path / "own" / "sums" / "rule.py", tmp_path / "own" / "parts" / "home.py"
+    monkeypatch.setattr("baselines.evaluation.experiment_config.getfile", lambda _: str(home))
+    for file in (rule, home, rule.with_name("__init__.py"), tmp_path / "own" / "__init__.py"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
     rule.write_text(RULE)
     old = configure().key
     rule.write_text(RULE.replace(before, after, 1))
@@ -93,6 +95,7 @@ def test_other_code_is_another_configuration_and_other_prose_is_not(
 
 
 WORLD = Path(swarm_forage_env.__file__).parent
+POLICY = "callable:training.policy:imported,observation=layer+tests.columns:columns"
 
 
 @pytest.mark.parametrize(
@@ -100,7 +103,8 @@ WORLD = Path(swarm_forage_env.__file__).parent
     [
         ("device_loop.py", "ssgikf", True),
         ("envs/observations.py", "ssgikf", True),
-        ("envs/observations.py", "callable:numpy:zeros_like", False),
+        ("envs/observations.py", POLICY, False),
+        ("../tests/columns.py", POLICY, False),
         ("equations/differential_drive.py", "ssgikf", False),
         ("loop.py", "ssgikf", False),
     ],
@@ -112,10 +116,9 @@ def test_an_edit_of_what_can_change_a_number_alone_is_another_configuration(
     content = experiment_config._content
 
     def as_edited(file):
-        return b"edited" if file == WORLD / edited else content(file)
+        return b"edited" if file.samefile(WORLD / edited) else content(file)
 
     monkeypatch.setattr(experiment_config, "_content", as_edited)
-    assert (WORLD / edited).is_file()
     assert (configure(controller).key == before) is is_same
 
 
