@@ -26,6 +26,7 @@ from baselines.composition import (
 )
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.interface import (
+    CORRECT,
     KEEP,
     RULE,
     CompiledLayers,
@@ -166,12 +167,15 @@ class RunningLayers:
         return joined([*deciding, observing])
 
     def consult(self) -> None:
-        """Call the rules written in NumPy; a learner's action takes precedence."""
-        action = self.world.robots["action"]
+        """Call the rules written in NumPy; a learner's action takes precedence, or is added."""
+        action, command = (self.world.robots[name] for name in ("action", "command"))
         for group in self._groups:
             if group.steer is not None:
                 wheels = group.steer(*self._motion_inputs())
                 group.act(action, "motion", self._task.commanded, wheels)
+                corrected, commanded = action["motion"] == CORRECT, command[self._task.commanded]
+                corrected &= group.members
+                commanded[corrected] = wheels.reshape(commanded.shape)[corrected]
             if group.weigh is not None:
                 exchange = copied_rows(self._estimators, ("exchange",))
                 if exchange.is_valid.any():

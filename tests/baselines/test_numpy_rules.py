@@ -8,7 +8,7 @@ import pytest
 import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import KEEP, REPLACE, RULE
+from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.registry import CONTROLLERS
@@ -53,8 +53,10 @@ def test_rules_in_numpy_are_the_compiled_ones_bit_for_bit(busy, physics, threads
     one, other = (
         Loop(busy, controller, [0, 1, 2], physics, threads) for controller in (COMPILED, rules)
     )
-    one.run(TICKS)
-    other.run(TICKS)
+    for loop in (one, other):
+        loop.world.robots["action"]["motion"][:, 3] = CORRECT
+        loop.world.robots["action"]["wheels"][:, 3] = 0.1
+        loop.run(TICKS)
     np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
     mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
     for name in ("belief", "message", "situation"):
