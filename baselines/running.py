@@ -5,7 +5,7 @@ Members of a team whose weighting and motion have the same functions too are a g
 decides for them. All robots of one controller are a team of one group.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from typing import Any
@@ -24,7 +24,8 @@ from baselines.composition import (
     set_stream,
     settings_of,
 )
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import (
     CORRECT,
     KEEP,
@@ -40,6 +41,17 @@ from swarm_forage_env.raw_control import set_no_stream
 from swarm_forage_env.record import Rows, copied_rows, offset_of, record_dtype
 from swarm_forage_env.task import World, task_of
 from swarm_forage_env.ticks import joined, nothing
+
+
+def _by_robot(rule: Callable[..., object], inputs: Iterable[Rows], like: Array) -> Array:
+    """What a rule in NumPy gives, by world and robot as `like`; ConfigError for another shape."""
+    given, rows = np.asarray(rule(*inputs), np.float32), like.shape[0] * like.shape[1]
+    if given.shape[:1] != (rows,) or given.size != like.size:
+        raise ConfigError(
+            f"{type(rule).__name__}: gave shape {given.shape}, must be"
+            f" {(rows, like.size // rows)}, a row for each robot of all worlds"
+        )
+    return given.reshape(like.shape)
 
 
 class CompositionGroup:
@@ -95,12 +107,12 @@ class CompositionGroup:
             for world, seed in zip(range(first, last), seeds, strict=True):
                 self.steer.reset(world, seed)
 
-    def act(self, action: Array, layer: str, name: str, values: Float32[Array, "rows n"]) -> None:
+    def act(self, action: Array, layer: str, name: str, values: Array) -> None:
         """Write the values of a rule for the group, where no learner acts."""
         own = (action[layer] == KEEP) | (action[layer] == RULE)
         own &= self.members
         action[layer][own] = RULE
-        action[name][own] = values.reshape(action[name].shape)[own]
+        action[name][own] = values[own]
 
 
 class RunningLayers:
@@ -168,18 +180,19 @@ class RunningLayers:
 
     def consult(self) -> None:
         """Call the rules written in NumPy; a learner's action takes precedence, or is added."""
-        action, command = (self.world.robots[name] for name in ("action", "command"))
+        robots, commanded = self.world.robots, self._task.commanded
+        action, command = robots["action"], robots["command"][commanded]
         for group in self._groups:
             if group.steer is not None:
-                wheels = group.steer(*self._motion_inputs())
-                group.act(action, "motion", self._task.commanded, wheels)
-                corrected, commanded = action["motion"] == CORRECT, command[self._task.commanded]
-                corrected &= group.members
-                commanded[corrected] = wheels.reshape(commanded.shape)[corrected]
+                wheels = _by_robot(group.steer, self._motion_inputs(), command)
+                group.act(action, "motion", commanded, wheels)
+                corrected = group.members & (action["motion"] == CORRECT)
+                command[corrected] = wheels[corrected]
             if group.weigh is not None:
                 exchange = copied_rows(self._estimators, ("exchange",))
                 if exchange.is_valid.any():
-                    group.act(action, "weighting", "weight", group.weigh(exchange))
+                    weights = _by_robot(group.weigh, (exchange,), action["weight"])
+                    group.act(action, "weighting", "weight", weights)
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset the worlds first .. last - 1 to these seeds."""

@@ -93,13 +93,6 @@ class NaNAfter(Constant):
         return wheels
 
 
-class NaNWeights:
-    heard_p_share = 1.0
-
-    def __call__(self, exchange):
-        return np.full(exchange.own_p.shape, np.nan, np.float32)
-
-
 @pytest.mark.parametrize("threads", [1, 2])
 def test_wheels_that_are_not_finite_are_told_with_controller_tick_and_robot(threads):
     controller = replace(CONTROLLERS["ssgikf"], motion=NaNAfter())
@@ -109,13 +102,20 @@ def test_wheels_that_are_not_finite_are_told_with_controller_tick_and_robot(thre
         loop.step()
 
 
-def test_weights_that_are_not_finite_are_told():
-    controller = replace(CONTROLLERS["ssgikf"], weighting=NaNWeights())
+def test_weights_that_are_no_numbers_of_each_robot_are_told():
     scenario = find_scenario("es1", {"task.area_distance": 0.7})
-    loop = Loop(scenario, controller, range(4), "kinematic")
-    message = r"'ssgikf', tick \d+, robot \d: .* weights are not finite"
-    with pytest.raises(ConfigError, match=message):
-        loop.run(3000)
+    for weights, told in {
+        lambda p: np.nan * p: r"'ssgikf', tick \d+, robot \d: .* weights are not finite",
+        lambda p: 0.5 * p.T: r"function: gave shape \(2, 40\), must be \(40, 2\), a row for each",
+    }.items():
+
+        def rule(exchange, weights=weights):
+            return weights(exchange.own_p)
+
+        rule.heard_p_share = 1.0
+        controller = replace(CONTROLLERS["ssgikf"], weighting=rule)
+        with pytest.raises(ConfigError, match=told):
+            Loop(scenario, controller, range(4), "kinematic").run(3000)
 
 
 def test_accelerations_of_waypoint_robots_are_checked():
