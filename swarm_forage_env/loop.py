@@ -145,8 +145,8 @@ class Loop(WorldsOnCpu):
     def run(self, n_ticks: int, modes: Modes | None = None) -> None:
         """Some ticks of every world, in one compiled call where no Python must come in between.
 
-        `modes` is STANDS or RUNS for each world; by default all run. ConfigError for a command or
-        a weight that is not finite.
+        `modes` is STANDS or RUNS for each world; by default all run. ConfigError for a command
+        that is not finite, or a weight that is no share.
         """
         is_stepped = self.controller.has_rules or not self.world.is_compiled
         at_once = 1 if is_stepped else max(n_ticks, 1)

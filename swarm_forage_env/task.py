@@ -203,8 +203,8 @@ def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
     command = world.robots["command"][commanded][w, robot].tolist()
     return ConfigError(
         f"controller '{name_of(w, robot)}', tick {world.worlds['ticks'][w] + 1}, robot {robot}: its"
-        f" {commanded} {command} or its weights are not finite; a number of its layers or of its"
-        " policy is too large"
+        f" {commanded} {command} are not finite, or a weight is not from 0 to 1; mend the layer or"
+        " policy that gives them"
     )
 
 

@@ -144,25 +144,25 @@ def move(robot: RobotState, situation: Situation, memory: Record, settings: Numb
 
 @row_template
 def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: Numbers) -> bool:
-    """Steer a robot, merge what it heard, choose whether it speaks; are all its numbers finite?
+    """Steer a robot, merge what it heard, choose whether it speaks; can its numbers be used?
 
     The wheels are decided before the merge: both layers use one observation.
     """
     exchange, action, wheels = mind.exchange, robot.action, robot.command.wheels
     move(robot, mind.situation, memory, settings)
-    is_finite = math.isfinite(wheels[0] + wheels[1])
+    is_usable = math.isfinite(wheels[0] + wheels[1])
     if exchange.is_valid:
         for area in range(2):
             if is_asked(exchange, area, settings.estimator):
                 exchange.weight[area] = gain(exchange, area, settings.weighting)
         if action.weighting != KEEP:
             exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]
-        is_finite = is_finite and has_finite_weights(exchange)
+        is_usable = is_usable and weighs_by_shares(exchange)
         merge(mind, shared, settings.weighting.heard_p_share, settings.estimator)
         clear_exchange(exchange)
     robot.command.is_speaking = has_something_to_say(mind, settings.estimator)
     mind.is_composed = False
-    return is_finite
+    return is_usable
 
 
 @kernel
@@ -184,7 +184,7 @@ def decide_world(
 ) -> None:
     """Steer, merge what was heard, and choose whether to speak, in a world.
 
-    A robot whose wheels or weights are not finite is noted.
+    A robot whose wheels are not finite, or whose weights are no shares, is noted.
     """
     robots = world_arrays[0]
     minds, memories, shared, settings = layer_arrays
@@ -196,9 +196,9 @@ def decide_world(
 
 
 @kernel
-def has_finite_weights(exchange: Exchange) -> bool:
-    """Every weight that the robot merges with is finite."""
+def weighs_by_shares(exchange: Exchange) -> bool:
+    """Every weight that the robot merges with is from 0 to 1."""
     for area in range(2):
-        if is_weighed(exchange, area) and not math.isfinite(exchange.weight[area]):
+        if is_weighed(exchange, area) and not 0.0 <= exchange.weight[area] <= 1.0:
             return False
     return True

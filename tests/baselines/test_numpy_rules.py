@@ -105,7 +105,8 @@ def test_wheels_that_are_not_finite_are_told_with_controller_tick_and_robot(thre
 def test_weights_that_are_no_numbers_of_each_robot_are_told():
     scenario = find_scenario("es1", {"task.area_distance": 0.7})
     for weights, told in {
-        lambda p: np.nan * p: r"'ssgikf', tick \d+, robot \d: .* weights are not finite",
+        lambda p: np.nan * p: r"'ssgikf', tick \d+, robot \d: .* a weight is not from 0 to 1",
+        lambda p: np.full_like(p, 1.5): "a weight is not from 0 to 1; mend the layer or policy",
         lambda p: 0.5 * p.T: r"function: gave shape \(2, 40\), must be \(40, 2\), a row for each",
     }.items():
 
