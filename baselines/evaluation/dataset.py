@@ -43,6 +43,9 @@ ASKED = b"asked"
 """Metadata key of the controller's name as the user gave it, after a checksum of the name. It is no
 column: `ssgiff` and `ssgiff:beta=0.01` are the same episodes."""
 
+TASK = b"task"
+"""Metadata key of the name of the task, whose columns another task may have too."""
+
 IN_FOLDERS = ("scenario", "controller")
 """Fields of an episode that stand in the names of the folders."""
 
@@ -192,8 +195,9 @@ class Dataset:
 
     def _write_named(self, file: Path, table: pa.Table, configuration: ExperimentConfig) -> None:
         content = pa.BufferOutputStream()
-        named = table.replace_schema_metadata({ASKED: with_checksum(configuration.label)})
-        pq.write_table(named, content, write_page_checksum=True)
+        names = {ASKED: configuration.label, TASK: task_of(configuration.scenario).name}
+        metadata = {key: with_checksum(name) for key, name in names.items()}
+        pq.write_table(table.replace_schema_metadata(metadata), content, write_page_checksum=True)
         self.write(file, content.getvalue().to_pybytes())
 
     def read(self, file: Path) -> bytes:
@@ -229,7 +233,7 @@ def _episodes(
         (configuration.key, seed) for seed in seeds
     ]:
         raise DamagedFileError("episodes of another configuration, or of other seeds")
-    controller = asked_name(table) or configuration.short_label
+    controller = name_in(table, ASKED) or configuration.short_label
     return [episode_of(row, kind, configuration.scenario.name, controller) for row in rows]
 
 
@@ -241,9 +245,9 @@ def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> A
     return episode
 
 
-def asked_name(table: pa.Table) -> str | None:
-    """The controller's name as given, None in a file without it; DamagedFileError if changed."""
-    content = (table.schema.metadata or {}).get(ASKED)
+def name_in(table: pa.Table, key: bytes) -> str | None:
+    """The name under ASKED or TASK, None in a file without it; DamagedFileError if changed."""
+    content = (table.schema.metadata or {}).get(key)
     return None if content is None else checked_text(content)
 
 

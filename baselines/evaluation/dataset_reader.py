@@ -12,11 +12,13 @@ from urllib.parse import unquote
 import pyarrow as pa
 
 from baselines.evaluation.dataset import (
+    ASKED,
     IN_FOLDERS,
+    TASK,
     DamagedFileError,
     Row,
-    asked_name,
     episode_of,
+    name_in,
     read_table,
     schema,
     unread,
@@ -190,10 +192,10 @@ def _in_folder(file: Path, field: str) -> str:
 def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
     try:
         table = read_table(file.read_bytes())
-        name = asked_name(table)
+        name, task = name_in(table, ASKED), name_in(table, TASK)
     except (DamagedFileError, OSError) as damage:
         raise unread(f"dataset file {file}", damage) from None
-    for kind in (TASKS[name].episode for name in TASKS):
+    for kind in (TASKS[each].episode for each in ([task] if task else TASKS)):
         whole = _with_all_columns(table, kind)
         rows = whole.to_pylist() if whole.schema.equals(schema(kind)) else []
         if len({each["configuration"] for each in rows}) == 1:

@@ -11,6 +11,9 @@ import pytest
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
 from baselines.evaluation.trajectories import read_trajectory
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.episode import ForagingEpisode
+from swarm_forage_env.foraging.task import FORAGING
+from swarm_forage_env.task import TASKS
 
 
 @pytest.fixture
@@ -26,7 +29,9 @@ def files(dataset):
     return sorted(dataset.folder.rglob("*.parquet"))
 
 
-def test_groups_come_back_with_their_numbers_and_episodes_by_seed(kept, episode):
+def test_groups_come_back_with_their_numbers_and_episodes_by_seed(kept, episode, monkeypatch):
+    alike = replace(FORAGING.episode, episode=type("Alike", (ForagingEpisode,), {}))
+    monkeypatch.setitem(TASKS._parts, "a", replace(FORAGING, name="a", episode=alike))
     (kept.folder / "of_the_command_dataset.transitions.parquet").touch()
     groups = read_groups([str(kept.folder)])
     assert [group.label() for group in groups] == [
