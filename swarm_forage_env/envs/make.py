@@ -8,7 +8,7 @@ was in: so a model can be run under the keywords of its training (`training.poli
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from gymnasium.spaces import Box
 
@@ -193,10 +193,11 @@ def _is_as_made(observation: object) -> bool:
 
 
 def name_and_changes(controller: Controller) -> str:
-    """A controller as its name and the parameters that differ from those of that name."""
-    name, own = controller.name, getattr(controller, "parameters", None)
-    if name not in CONTROLLERS or own is None:
+    """A controller as its name, and the layers and parameters that differ from those of it."""
+    name = controller.name
+    if name not in CONTROLLERS or not hasattr(controller, "parameters"):
         return name
-    usual = CONTROLLERS[name].parameters
-    changes = [f"{k}={v}" for k, v in own.items() if usual.get(k) != v]
+    both: tuple[Any, Any] = controller, CONTROLLERS[name]
+    now, usual = ({**getattr(each, "layer_names", {}), **each.parameters} for each in both)
+    changes = [f"{k}={v}" for k, v in now.items() if usual.get(k) != v]
     return f"{name}:{','.join(changes)}" if changes else name

@@ -258,7 +258,7 @@ def test_an_environment_says_what_it_is():
     batch = ArrayEnv("near", n_worlds=3, learners=2, learn="weighting")
     told = "near: learn='weighting', controller='ssgikf', 3 worlds, 2 of 5 robots learn"
     assert repr(batch) == f"<ArrayEnv {told}, physics='rigid'>"
-    one = "controller='ssgiff:weighting.beta=0.02', 1 world, 5 of 5 robots learn"
-    assert one in repr(parallel_env("near", controller="ssgiff:beta=0.02"))
+    one = "controller='ssgiff:weighting=sgikf,estimator.pause=2.0', 1 world, 5 of 5 robots learn"
+    assert one in repr(parallel_env("near", controller="ssgiff:weighting=sgikf,pause=2"))
     assert "LearnerVectorEnv near" in repr(gymnasium.make_vec("SwarmForage/Near-v2", 3))
     assert "JointEnv near" in repr(gymnasium.make("SwarmForage/Near-Joint-v2").unwrapped)
