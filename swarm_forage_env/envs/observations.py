@@ -279,7 +279,12 @@ class Observing:
         )
         for part, first, features, box in self._numpy:
             out = np.zeros((*self._shape, len(features)), np.float32)
-            part.write(context, out)
+            returned = cast(Any, part).write(context, out)
+            if returned is not None and returned is not out:
+                raise ConfigError(
+                    f"observation {type(part).__name__}: `write` returned numbers, must write them"
+                    " into `out`, as out[:, :, 0] = ...; what it does not write is zero"
+                )
             seen[:, :, first : first + len(features)] = own = out[:, self._robots]
             _check_numbers(own, features, box)
 

@@ -208,13 +208,10 @@ def test_what_is_no_observation_is_refused(observation, error, says):
 @pytest.mark.parametrize(
     ("value", "error", "says"),
     [
-        (
-            np.nan,
-            ConfigError,
-            "compass: is nan for learner 0 of world 0, must be .* of -3.14159 to",
-        ),
+        (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .* -3.14159 to"),
         (7.0, ConfigError, "compass: is 7.0 for learner 0 of world 0"),
         (None, ValueError, "read-only"),
+        ("", ConfigError, "Broken: `write` returned numbers, must write them into `out`"),
     ],
 )
 def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, error, says):
@@ -224,6 +221,7 @@ def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, er
             out[...] = value or 0.0
             if value is None:
                 context.robots["pose"][..., 0] += 1.0
+            return out if value else out + 1.0
 
     env = parallel_env("es1", observation=["layer", Broken], **FEW)
     with pytest.raises(error, match=says):
