@@ -19,6 +19,7 @@ from swarm_forage_env.epuck.tick import tick_world
 from swarm_forage_env.equations import neighbours
 from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.equations.proximity import SENSING_RANGE
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import numbers_named
 from swarm_forage_env.physics import ENGINES
@@ -58,7 +59,13 @@ class EpuckWorld(World):
         """The records of robots and worlds, with what a task adds, and the functions of its tick.
 
         `epuck.tick` says which; `begin_world` and `begin_tick` may be left out, and do nothing.
+        ConfigError for others, which no tick would call, and without those that it calls.
         """
+        if wrong := functions.keys() - {"begin_world", "begin_tick"} ^ {"brightness_at", "score"}:
+            raise ConfigError(
+                f"functions of {cls.__name__}: {', '.join(sorted(wrong))} unknown or missing; must"
+                " be brightness_at and score, and begin_world or begin_tick where need be"
+            )
         cls.robot_kind, cls.world_kind, cls.task_functions = robot, world, functions
 
     def __init__(

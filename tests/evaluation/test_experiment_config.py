@@ -43,9 +43,6 @@ def test_what_was_changed_is_told_as_json(configure):
     assert json.loads(configuration.parameters) == {"weighting.beta": 0.02}
     assert json.loads(configuration.overrides) == {"radio.loss_far": 0.6, "task.duration": 20.0}
     assert json.loads(configuration.settings)["scenario"]["radio"]["loss_far"] == 0.6
-
-
-def test_another_layer_is_told_by_its_name_and_makes_another_key(configure):
     other = configure("boids-goal:estimator=dead_reckoning")
     assert json.loads(other.parameters) == {"estimator": "dead_reckoning"}
     assert json.loads(other.settings)["controller"]["estimator"] == "dead_reckoning"

@@ -13,6 +13,7 @@ import swarm_forage_env.aggregation
 from baselines.cli import run
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.epuck.world import EpuckWorld
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
@@ -39,6 +40,12 @@ def _coverage(registered_here):
 )
 def test_such_a_task_is_one_file_of_at_most_150_lines(file):
     assert len(file.read_text(encoding="utf-8").splitlines()) <= 150
+
+
+def test_a_function_that_no_tick_calls_is_refused_and_so_is_a_task_without_a_score():
+    functions = {"brightness_at": 0, "begin_tick": 0, "scor": 0}
+    with pytest.raises(ConfigError, match="Own: scor, score unknown or missing; must be bright"):
+        type("Own", (EpuckWorld,), {}, robot=0, world=0, functions=functions)
 
 
 def test_gathered_is_the_share_on_the_fuller_spot():
