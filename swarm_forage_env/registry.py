@@ -51,7 +51,8 @@ class Registry(Generic[PartT]):
 
         def enter(part: PartT) -> PartT:
             if name in self._parts:
-                raise ValueError(f"two {self.kind}s are named '{name}'")
+                again = "rename one, or start Python anew to replace it"
+                raise ValueError(f"two {self.kind}s are named '{name}'; {again}")
             self._parts[name] = part
             self._abouts[name] = about
             return part
