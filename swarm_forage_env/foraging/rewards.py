@@ -28,7 +28,7 @@ class ForagingEvents(Events):
 
     trip: bool = field(np.bool_)
     """It completed nest -> prey -> nest."""
-    visit: int = field(np.int8, start=FLOOR)
+    visit: int = field(np.int32, start=FLOOR)
     """The area that it came to stand on: 0 nest, 1 prey; -1 none, or it stood there before."""
     loss: bool = field(np.bool_)
     """It found itself lost, and forgot where the areas are."""

@@ -102,7 +102,7 @@ def test_the_events_of_a_tick_are_what_happened(busy):
         np.testing.assert_array_equal(events["message"], after["messages"] - before["messages"])
         first = (after["first_visit"] >= 0) & (before["first_visit"] < 0)
         assert (events["visit"][first[..., 0]] == 0).all()
-        assert (events["visit"][first[..., 1]] == 1).all()
+        assert (events["visit"][first[..., 1]] * 100 * 2 == 200).all()
     losses = sum(int(events["loss"].sum()) for *_, events in seen)
     counted = int(seen[-1][1]["lost_events"].sum())
     assert counted <= losses <= counted + 10
