@@ -19,6 +19,7 @@ from numba.core.ir import Expr
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.templates import FunctionT
 
 VIEWS = "getitem", "static_getitem"
@@ -41,11 +42,16 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
         )
 
     def get_call_template(self, *arguments: object) -> object:
-        """Compile for a kernel that calls it."""
+        """Compile for a kernel that calls it; ConfigError where it names a field there is none."""
         with global_compiler_lock:
             self._compiler.is_inner = True
             try:
                 return super().get_call_template(*arguments)
+            except KeyError as error:
+                name = f"{self.py_func.__module__}.{self.py_func.__qualname__}"
+                raise ConfigError(
+                    f"kernel {name}: reads the field {error}, which its record lacks"
+                ) from None
             finally:
                 self._compiler.is_inner = False
 

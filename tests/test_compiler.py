@@ -13,8 +13,10 @@ from numba.core.runtime._nrt_python import memsys_enable_stats
 from numba.core.types import ExternalFunction, float64, intp, void
 
 from swarm_forage_env.compiler import _bound, bind, entry_point, kernel
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.kernel_cache import cache_folder
+from swarm_forage_env.record import one_record
 from tests.processes import run
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled")
@@ -304,6 +306,13 @@ def test_a_kernel_that_makes_no_array_does_not_count_who_holds_one(fresh_cache):
     total(np.ones((4, 2)))
     (text,) = total.inspect_llvm().values()
     assert "NRT_incref" not in text
+
+
+@compiled
+def test_a_field_that_a_record_lacks_is_told_with_the_kernel_that_reads_it():
+    made = module(CALLEE.replace("SCALE * x", "x.scal") + CALLER)
+    with pytest.raises(ConfigError, match=r"kernel made\.scaled: reads the field 'scal', which"):
+        made.total(one_record({"scale": 1.0}))
 
 
 @compiled
