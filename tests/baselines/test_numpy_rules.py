@@ -33,7 +33,7 @@ class Constant:
 
     def __call__(self, situation, readings, heard, wheels):
         self.asked += 1
-        return np.tile(np.array(self.wheels, np.float32), (len(situation.goal), 1))
+        return np.resize(np.array(self.wheels, np.float32), (len(situation.goal), 2))
 
 
 COMPILED = CONTROLLERS["dsgikf"]
@@ -83,21 +83,14 @@ def test_a_motion_from_outside_is_handed_to_the_wheels_unless_a_learner_goes_bef
     assert motion.resets == [(0, 4), (1, 5), (0, 6), (1, 7)]
 
 
-class NaNAfter(Constant):
-    """A motion that commands a NaN after 7 ticks."""
-
-    def __call__(self, *inputs):
-        wheels = super().__call__(*inputs)
-        if self.asked > 7:
-            wheels[3, 1] = np.nan
-        return wheels
-
-
 @pytest.mark.parametrize("threads", [1, 2])
 def test_wheels_that_are_not_finite_are_told_with_controller_tick_and_robot(threads):
-    controller = replace(CONTROLLERS["ssgikf"], motion=NaNAfter())
+    motion = Constant()
+    controller = replace(CONTROLLERS["ssgikf"], motion=motion)
     loop = Loop(find_scenario("es1"), controller, [0, 1], "kinematic", threads)
     loop.run(7)
+    motion.wheels = np.ones((10, 2))
+    motion.wheels[3, 1] = np.nan
     with pytest.raises(ConfigError, match=r"'ssgikf', tick 8, robot 3: its wheels \[1.0, nan\]"):
         loop.step()
 

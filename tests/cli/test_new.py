@@ -35,6 +35,8 @@ def test_a_package_runs_as_it_stands(command, tmp_path, monkeypatch, kind):
     assert "passed" in ran(
         sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder
     )
+    status, _, stderr = command("new", kind, "own_part")
+    assert (status, "is there already" in stderr) == (2, True), "nothing is overwritten"
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -53,9 +55,3 @@ def test_its_readme_s_command_works_once_it_is_installed(command, tmp_path, monk
     path = os.pathsep.join(filter(None, [str(there), *sys.path]))
     stdout = ran("sh", "-c", line, cwd=tmp_path, PYTHONPATH=path)
     assert ("own_part" in stdout) or ("swarm_forage_v2" in stdout)
-
-
-def test_nothing_is_overwritten(command, tmp_path):
-    status, _, stderr = command("new", "reward", "own_part", f"--out={tmp_path}")
-    assert status == 2
-    assert "is there already" in stderr

@@ -183,13 +183,6 @@ def test_streams_of_observations_stand_while_other_worlds_are_reset_and_are_in_s
         assert_array_equal(env.step(still)[0], each)
 
 
-class Endless(Compass):
-    """Tells no typical size."""
-
-    def features(self, scenario, agents):
-        return [Feature("compass", "rad", -math.inf, math.inf)]
-
-
 @pytest.mark.parametrize(
     ("observation", "error", "says"),
     [
@@ -197,7 +190,6 @@ class Endless(Compass):
         ([], ConfigError, r"observation=\[\]"),
         (7, ConfigError, "observation=7: must be 'layer'"),
         ([Compass, Compass], ConfigError, "twice: .'compass'."),
-        (Endless, ConfigError, "tell no typical size; give the feature a scale"),
     ],
 )
 def test_what_is_no_observation_is_refused(observation, error, says):
@@ -233,6 +225,7 @@ def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, er
     [
         (lambda: Feature("x", "m", 1.0, 0.0), "feature x: low=1.0 must be at most 0.0"),
         (lambda: Feature("x", "m", 0.0, 1.0, scale=0.0), "feature x: scale=0.0 must be above 0"),
+        (lambda: [Feature("x", "m", -9.0, np.inf)], "tell no typical size; give the feature"),
         (lambda: "x", "observation Broken: features gave 'x', must be a list of Feature"),
     ],
 )

@@ -105,15 +105,13 @@ def test_two_configurations_asked_for_by_one_name_are_told_apart(dataset, config
     assert names_of(dataset) == ["ssgiff:beta=0.02", "ssgiff:beta=0.03"]
 
 
-def test_names_that_fit_nothing_are_answered_with_those_there_are(kept):
+def test_names_and_folders_that_hold_nothing_are_answered_with_what_would_do(kept, tmp_path):
     with pytest.raises(ConfigError, match=r"--controller sgiff: .* controllers nc, ssgiff"):
         read_groups([str(kept.folder)], controllers=["sgiff"])
     with pytest.raises(ConfigError, match=r"--scenario es2: .* scenarios es1"):
         read_groups([str(kept.folder)], scenarios=["es2"])
-
-
-def test_a_missing_or_empty_folder_is_answered_with_how_to_make_one(tmp_path):
-    for folder in (tmp_path / "missing", tmp_path):
+    (tmp_path / "empty").mkdir()
+    for folder in (tmp_path / "missing", tmp_path / "empty"):
         with pytest.raises(ConfigError, match="swarm-forage evaluate es1 nc ssgikf --out"):
             read_groups([str(folder)])
 
