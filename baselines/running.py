@@ -109,8 +109,7 @@ class CompositionGroup:
 
     def act(self, action: Array, layer: str, name: str, values: Array) -> None:
         """Write the values of a rule for the group, where no learner acts."""
-        own = (action[layer] == KEEP) | (action[layer] == RULE)
-        own &= self.members
+        own = self.members & ((action[layer] == KEEP) | (action[layer] == RULE))
         action[layer][own] = RULE
         action[name][own] = values[own]
 
@@ -139,8 +138,8 @@ class RunningLayers:
         self.estimator, self.weighting, self.motion = robot_layers[0][leader]
         self._first_layers = robot_layers[0]
         self._allocate(robot_layers[0])
-        team: Members = np.any(groups, axis=0)
-        self._settings = settings_of(robot_layers, ("estimator",), team)
+        self._team: Members = np.any(groups, axis=0)
+        self._settings = settings_of(robot_layers, ("estimator",), self._team)
         self._groups = [
             CompositionGroup(self, robot_layers, members, members is groups[-1], seeds)
             for members in groups
@@ -209,14 +208,9 @@ class RunningLayers:
         own = self.controllers[world]
         robot_layers = layers_by_robot([own], [scenario])
         check_alike([self.controllers[0], own], [self._first_layers, robot_layers[0]])
-        team: Members = np.any([group.members for group in self._groups], axis=0)
-        return [
-            settings_of(robot_layers, ("estimator",), team),
-            *(
-                settings_of(robot_layers, LAYERS, each.members, each.is_last)
-                for each in self._groups
-            ),
-        ]
+        groups = ((each.members, each.is_last) for each in self._groups)
+        by_group = (settings_of(robot_layers, LAYERS, *each) for each in groups)
+        return [settings_of(robot_layers, ("estimator",), self._team), *by_group]
 
     def renumber(self, world: int, numbers: Sequence[Array]) -> None:
         """Use these numbers in one world from now on."""

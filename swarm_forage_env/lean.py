@@ -49,9 +49,7 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
                 return super().get_call_template(*arguments)
             except KeyError as error:
                 name = f"{self.py_func.__module__}.{self.py_func.__qualname__}"
-                raise ConfigError(
-                    f"kernel {name}: reads the field {error}, which its record lacks"
-                ) from None
+                raise ConfigError(f"kernel {name}: reads {error}, no field of its record") from None
             finally:
                 self._compiler.is_inner = False
 

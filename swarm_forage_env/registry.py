@@ -51,8 +51,7 @@ class Registry(Generic[PartT]):
 
         def enter(part: PartT) -> PartT:
             if name in self._parts:
-                again = "rename one, or start Python anew to replace it"
-                raise ValueError(f"two {self.kind}s are named '{name}'; {again}")
+                raise ValueError(f"two {self.kind}s are named '{name}'; rename one, or start anew")
             self._parts[name] = part
             self._abouts[name] = about
             return part

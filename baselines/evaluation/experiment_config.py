@@ -47,8 +47,7 @@ NOT_HASHED = {
 """Folders and files of the world that change no number of an evaluated episode, and what they are
 there for."""
 
-OURS = ("swarm_forage_env", *COMMON_NAMES)
-"""Packages of which an episode depends on some folders alone."""
+OURS = ("swarm_forage_env", *COMMON_NAMES)  # of which an episode depends on some folders alone
 
 LIBRARIES = ("numba", "numpy", "pymunk")
 """What the world calculates with; another version may round differently."""
@@ -115,8 +114,8 @@ class ExperimentConfig:
         parts = (*self.controller.layers.values(), self.scenario)
         read = {file for part in parts for file in files_read_by(part)}
         homes = {Path(getfile(ENGINES[self.physics]))}.union(
+            (each for each in read if each.suffix == ".py"),
             *(_files(each, Parameters) for each in parts),
-            (each for each in read if each.suffix == ".py" and _root(each).name not in OURS),
         )
         files = set(world.rglob("*.py")).union(*map(_beside, homes))
         files = {each for each in files if not _is_unhashed(each, world)} | read
@@ -211,19 +210,13 @@ def _is_unhashed(file: Path, world: Path) -> bool:
     return not NOT_HASHED.keys().isdisjoint(inside)
 
 
-def _root(file: Path) -> Path:
-    """The folder of the whole package that a file is in; that of the file if it is in none."""
-    folder = file.parent
-    while (folder.parent / "__init__.py").is_file():
-        folder = folder.parent
-    return folder
-
-
 def _beside(home: Path) -> Iterable[Path]:
     """The code beside a file: that of its folder, of another package than ours all of it."""
-    root = _root(home)
-    is_other = root.name not in OURS and (root / "__init__.py").is_file()
-    return root.rglob("*.py") if is_other else home.parent.glob("*.py")
+    folder = home.parent
+    while (folder.parent / "__init__.py").is_file():
+        folder = folder.parent
+    is_other = (folder / "__init__.py").is_file() and folder.name not in OURS
+    return folder.rglob("*.py") if is_other else home.parent.glob("*.py")
 
 
 def _content(file: Path) -> bytes:

@@ -22,10 +22,7 @@ from tests.scripts import run_python
 
 def test_everything_but_the_seed_changes_the_key(configure):
     variants = [
-        configure(),
-        configure("ssgiff"),
-        configure("dsgikf"),
-        configure("ssgiff:beta=0.02"),
+        *map(configure, ("ssgikf", "ssgiff", "dsgikf", "ssgiff:beta=0.02")),
         configure(physics="rigid"),
         configure(task_duration=30.0),
         configure(radio_loss_far=0.6),
