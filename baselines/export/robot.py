@@ -54,7 +54,7 @@ def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
     asked: int,
     seed: int,
 ) -> int:
-    """Run a tick of robot i, or start it from a seed; 1 if a command or weight is not finite.
+    """Run a tick of robot i, or start it from a seed; 1 if a number of it cannot be used.
 
     Free names: compose, set_stream, pilot; those of `update_and_describe` and `act`.
     """
@@ -64,9 +64,9 @@ def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
     own = settings[0]
     update_and_describe(robots, minds, i, shared[i], own.estimator)
     pilot(i, piloting)
-    is_finite = act(robots[i], minds[i], memories[i], shared[i], own)
+    is_usable = act(robots[i], minds[i], memories[i], shared[i], own)
     compose(minds[i], own.estimator)
-    return 0 if is_finite else 1
+    return 0 if is_usable else 1
 
 
 def run_policy(  # noqa: PLR0913 as `run_robot`

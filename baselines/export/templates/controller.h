@@ -90,7 +90,7 @@ static inline int controller_init(controller_t *self, int32_t number, int64_t se
 }
 
 /* One tick. Returns 0; 1 for more than CONTROLLER_SLOTS messages, a sender that is no other robot's
- * number, or a command that is not a finite number: the robot should then stand still. */
+ * number, or a command or weight that cannot be used: the robot should then stand still. */
 static inline int controller_tick(controller_t *self, const controller_readings_t *readings,
                                   const controller_received_t *received, int n_received,
                                   controller_command_t *command) {
