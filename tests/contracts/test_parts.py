@@ -81,7 +81,7 @@ def test_every_scenario_stands_under_its_own_name(name):
 def test_two_parts_cannot_have_one_name():
     registry = Registry("toy")
     registry.register("a")(1)
-    with pytest.raises(ValueError, match="two toys are named 'a'; rename one, or start"):
+    with pytest.raises(ValueError, match="two toys are named 'a'; rename one, or restart"):
         registry.register("a")(2)
 
 
