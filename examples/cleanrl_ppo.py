@@ -2,7 +2,7 @@
 
     pip install 'swarm-forage[train]'
     python examples/cleanrl_ppo.py                              # a few minutes
-    swarm-forage evaluate es1 ssgikf torchscript:runs/cleanrl_ppo/policy.pt
+    swarm-forage evaluate es1 ssgikf torchscript:runs/cleanrl_ppo/policy.pt --seed 1000
     tensorboard --logdir runs/cleanrl_ppo
 
 All robots of all worlds share one policy: a row of every array is one robot. One seed, one
