@@ -51,7 +51,7 @@ class Registry(Generic[PartT]):
 
         def enter(part: PartT) -> PartT:
             if name in self._parts:
-                raise ValueError(f"two {self.kind}s are named '{name}'; rename one, or restart Python")
+                raise ValueError(f"two {self.kind}s are named '{name}'; rename one, or restart")
             self._parts[name] = part
             self._abouts[name] = about
             return part
