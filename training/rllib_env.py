@@ -149,7 +149,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         return [dict(zip(self.env.learners, world, strict=True)) for world in observations]
 
     def _all(self, value: bool) -> list[OfAgents]:
-        """For all agents together: RLlib takes agents that are all truncated for terminated."""
+        """One flag for all agents: were each truncated, RLlib would take it for a termination."""
         return [{ALL: value} for _ in range(self.num_envs)]
 
     def _silence(self) -> list[OfAgents]:

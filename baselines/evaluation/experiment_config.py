@@ -211,7 +211,7 @@ def _is_unhashed(file: Path, world: Path) -> bool:
 
 
 def _beside(home: Path) -> Iterable[Path]:
-    """The code beside a file: that of its folder, of another package than ours all of it."""
+    """The Python files of a file's folder, or of its whole package where that is not ours."""
     folder = home.parent
     while (folder.parent / "__init__.py").is_file():
         folder = folder.parent

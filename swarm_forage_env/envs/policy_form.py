@@ -22,7 +22,7 @@ BOUND = re.compile(r"of [-+.e0-9]+ ")
 """Start of the unit of a number that is divided by its bound, which depends on the scenario."""
 
 OF_BOUND = "of its bound, in "
-"""What `observes` has in its place; a bound of 1 has neither."""
+"""Start of such a unit in `observes`; a number whose bound is 1 is not divided and has none."""
 
 
 class PolicyForm:

@@ -83,6 +83,7 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
     [
         ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or different numbers from 0 to 1"),
         ({"worlds": [True]}, "must be a mask of 2"),
+        ({"worlds": "all"}, "must be a mask of 2"),
         ({"worlds": [0, 0]}, "must be a mask of 2"),
         ({"seed": [1]}, r"seed=\[1\]: must be 2, one for each world"),
         ({"seed": -1}, "seed=-1"),

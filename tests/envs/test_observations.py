@@ -200,7 +200,7 @@ def test_what_is_no_observation_is_refused(observation, error, says):
 @pytest.mark.parametrize(
     ("value", "error", "says"),
     [
-        (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .* -3.14159 to"),
+        (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .*of -3.14159 to"),
         (7.0, ConfigError, "compass: is 7.0 for learner 0 of world 0"),
         (None, ValueError, "read-only"),
         ("", ConfigError, "Broken: `write` returned numbers, must write them into `out`"),
