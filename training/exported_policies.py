@@ -12,7 +12,6 @@ scores of all choices (robots, choices) where actions are discrete.
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from gymnasium.spaces import Discrete
@@ -22,18 +21,15 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from training.foreign_file import check_file, check_zip, reason
-from training.policy import PolicyFile, Predict, Recurrent, StateSize, imported, module_file
+from training.policy import PolicyFile, Started, StateSize, imported, module_file, started_function
 from training.policy_card import PolicyCard
 from training.policy_file import missing_package
-
-if TYPE_CHECKING:
-    from onnxruntime import InferenceSession
 
 
 class _Exported(PolicyFile):
     """A network in a file, and the code that runs it."""
 
-    def start(self, form: PolicyForm) -> Predict:
+    def start(self, form: PolicyForm) -> Started:
         """The network; of scores of choices the choices of the highest ones."""
         run = self._opened()
 
@@ -50,7 +46,7 @@ class _Exported(PolicyFile):
             is_scores = isinstance(form.action_space, Discrete) and output.ndim == 2
             return np.asarray(output.argmax(1) if is_scores else output)
 
-        return predict
+        return started_function(predict, 0, self.source)
 
     def _opened(self) -> Callable[[Array], Array]:
         """What maps observations to outputs; ConfigError for a file of another kind."""
@@ -83,15 +79,6 @@ class OnnxPolicy(_Exported):
     """A network in ONNX, run by onnxruntime: onnx:policy.onnx."""
 
     def _opened(self) -> Callable[[Array], Array]:
-        session = self._session()
-        inputs = [each.name for each in session.get_inputs()]
-        if len(inputs) != 1:
-            raise ConfigError(
-                f"policy {self.file}: has inputs {', '.join(inputs)}; must have one, observations"
-            )
-        return lambda observed: np.asarray(session.run(None, {inputs[0]: observed})[0])
-
-    def _session(self) -> "InferenceSession":
         path = self.path
         check_file(path, "policy")
         try:
@@ -101,12 +88,17 @@ class OnnxPolicy(_Exported):
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 4  # it tells everything twice
+        on_cpu = ["CPUExecutionProvider"]
         try:
-            return onnxruntime.InferenceSession(
-                str(path), options, providers=["CPUExecutionProvider"]
-            )
+            session = onnxruntime.InferenceSession(str(path), options, providers=on_cpu)
         except Exception as error:  # as above
             raise ConfigError(f"policy {self.file}: is no ONNX ({reason(error)})") from None
+        inputs = [each.name for each in session.get_inputs()]
+        if len(inputs) != 1:
+            raise ConfigError(
+                f"policy {self.file}: has inputs {', '.join(inputs)}; must have one, observations"
+            )
+        return lambda observed: np.asarray(session.run(None, {inputs[0]: observed})[0])
 
 
 class CallablePolicy(PolicyFile):
@@ -128,12 +120,11 @@ class CallablePolicy(PolicyFile):
         """A function has none: its name gives the keywords."""
         return None
 
-    def start(self, form: PolicyForm) -> Predict | Recurrent:
+    def start(self, form: PolicyForm) -> Started:
         """The function."""
-        function = self._function()
-        return Recurrent(function, self.n_state) if self.n_state else function
+        return started_function(self._function(), self.n_state, self.source)
 
-    def _function(self) -> Predict:
+    def _function(self) -> Callable[..., object]:
         if not self.file.partition(":")[2]:
             raise ConfigError(
                 f"callable '{self.file}': must be a module and a function, as in"

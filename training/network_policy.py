@@ -21,13 +21,11 @@ from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.equations.elementary import tanh
 from swarm_forage_env.errors import ConfigError
-from training.policy import Draw, PolicyFile, Predict, Recurrent
+from training.policy import PolicyFile, Rows, Started
 from training.policy_card import PolicyCard
 from training.policy_file import Shapes, Weights, misfit, packed_weights, read_weights, write_both
 
 LOG_STD = "log_std"
-
-Rows = Float32[Array, "robots numbers"]
 
 GATES = 3  # reset, update and new state, which the arrays of the memory hold one after the other
 
@@ -35,25 +33,16 @@ GATES = 3  # reset, update and new state, which the arrays of the memory hold on
 class NetworkPolicy(PolicyFile):
     """A network that `swarm-forage train` has saved: network:runs/x/best.safetensors."""
 
-    def start(self, form: PolicyForm) -> Predict | Recurrent:
-        """The mean action."""
-        network, _ = self._loaded(form)
-        if not network.n_state:
-            return lambda observed: network(observed)[0]
-        return Recurrent(network, network.n_state)
-
-    def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
-        """The mean action and Gaussian noise, as in training."""
+    def start(self, form: PolicyForm) -> Started:
+        """The mean action; by chance with Gaussian noise, as in training."""
         network, log_std = self._loaded(form)
         deviation = np.exp(log_std)
-        if not network.n_state:
-            return lambda observed, draws: network(observed)[0] + deviation * draws
 
-        def step(observed: Rows, draws: Rows, states: Rows) -> tuple[Rows, Rows]:
-            actions, states = network(observed, states)
-            return actions + deviation * draws, states
+        def act(observed: Rows, draws: Array | None, states: Rows) -> tuple[Rows, Rows]:
+            actions, after = network(observed, states)
+            return actions if draws is None else actions + deviation * draws, after
 
-        return Recurrent(step, network.n_state)
+        return Started(act, network.n_state, has_distribution=True)
 
     def pilot(self, form: PolicyForm) -> Pilot:
         """The mean action, compiled beside the world."""
@@ -118,14 +107,12 @@ class Network:
         """The network as it is compiled beside a world."""
         return Pilot(form, forward, self.numbers, self.sizes, self.n_state, self.n_between)
 
-    def __call__(self, observed: Rows, states: Rows | None = None) -> tuple[Rows, Rows]:
+    def __call__(self, observed: Rows, states: Rows) -> tuple[Rows, Rows]:
         """The mean action of each robot, and its next state.
 
         They are the same, bit for bit, whatever rows are beside it.
         """
-        n = len(observed)
-        after = np.zeros((n, self.n_state), np.float32) if states is None else states.copy()
-        actions = np.empty((n, self.sizes[-1]), np.float32)
+        after, actions = states.copy(), np.empty((len(observed), self.sizes[-1]), np.float32)
         seen, between = np.ascontiguousarray(observed, np.float32), self.n_between
         forward_rows(seen, self.numbers, self.sizes, after, np.empty(between, np.float32), actions)
         return actions, after

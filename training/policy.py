@@ -18,7 +18,7 @@ from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, validated
-from training.foreign_file import is_file
+from training.foreign_file import is_file, reason
 from training.policy_card import PolicyCard, read_policy_card
 
 SHOWN_BY = tuple(
@@ -29,26 +29,26 @@ SHOWN_BY = tuple(
 )  # fmt: skip
 """The code of environments between a policy and the world."""
 
-Predict = Callable[[Float32[Array, "robots numbers"]], object]
-"""Maps what the robots of a world observe to their actions."""
-
-Draw = Callable[[Float32[Array, "robots numbers"], Float64[Array, "robots draws"]], object]
-"""Maps what the robots observe, and random draws, to their actions. A robot has one standard normal
-draw for each number of its action; or one that is uniform in [0, 1), if actions are choices."""
-
 StateSize = Annotated[int, Field(ge=0, le=10_000)]
+
+Rows = Float32[Array, "robots numbers"]
+
+Act = Callable[[Rows, Float64[Array, "robots draws"] | None, Rows], tuple[object, Rows]]
+"""Maps what the robots of a world observe, random draws, and their hidden states, (robots,
+n_state), to their actions and the next states; without draws it acts deterministically. A robot has
+one standard normal draw for each number of its action; or one that is uniform in [0, 1), if actions
+are choices."""
 
 
 @dataclass(frozen=True)
-class Recurrent:
-    """A policy with a hidden state of each robot, which is zeros when an episode starts."""
+class Started:
+    """A policy that can act."""
 
-    function: Callable[..., object]
-    """Maps the inputs of a `Predict` or `Draw`, and states (robots, n_state) of float32, to actions
-    and the next states."""
-
-    n_state: int
-    """Numbers in the state of a robot."""
+    act: Act
+    n_state: int = 0
+    """Numbers in the hidden state of a robot, which is zeros when an episode starts."""
+    has_distribution: bool = False
+    """It takes draws."""
 
 
 def imported(name: str) -> object:
@@ -118,8 +118,8 @@ class ForeignPolicy(PolicyKeywords):
         """The card of its training, if it has one."""
         return None
 
-    def start(self, form: PolicyForm) -> Predict | Recurrent:
-        """The policy as a function that acts deterministically; ConfigError if it does not fit."""
+    def start(self, form: PolicyForm) -> Started:
+        """The policy, ready to act; ConfigError if it does not fit."""
         raise NotImplementedError
 
     def pilot(self, form: PolicyForm) -> Pilot:
@@ -130,13 +130,6 @@ class ForeignPolicy(PolicyKeywords):
             " stable-baselines3 whose layers are dense (sb3:FILE)"
         )
 
-    def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
-        """The policy as a function that acts stochastically; ConfigError without a distribution."""
-        raise ConfigError(
-            f"policy {self.source}: chance=true: tells no distribution of its actions, only the"
-            " actions; leave it out"
-        )
-
 
 def drawn_choices(
     probabilities: Float64[Array, "robots choices"], draws: Float64[Array, "robots draws"]
@@ -145,6 +138,39 @@ def drawn_choices(
     shares = np.cumsum(probabilities, axis=1)
     chosen: Int64[Array, " robots"] = (shares <= draws[:, :1] * shares[:, -1:]).sum(axis=1)
     return chosen
+
+
+def started_function(function: Callable[..., object], n_state: int, source: str) -> Started:
+    """A function of the user's, which is given states if it has some; ConfigError for none back."""
+
+    def act(observed: Rows, draws: object, states: Rows) -> tuple[object, Rows]:
+        if not n_state:
+            return function(observed), states
+        output = function(observed, states)
+        if not isinstance(output, tuple) or len(output) != 2:
+            raise ConfigError(
+                f"policy {source}: gives a {type(output).__name__}; with n_state={n_state} it must"
+                " give actions and the next states, as in `return actions, states`"
+            )
+        after = as_array(output[1], f"policy {source}: gives no array of states")
+        largest = np.finfo(np.float32).max
+        is_real = after.dtype.kind in "fiu" and bool((np.abs(after) <= largest).all())
+        if after.shape != states.shape or not is_real:
+            raise ConfigError(
+                f"policy {source}: gives states {after.shape} of {after.dtype}; must be finite"
+                f" numbers of float32 {states.shape}, the robots and n_state"
+            )
+        return output[0], after
+
+    return Started(act, n_state)
+
+
+def as_array(output: object, refusal: str) -> Array:
+    """An output as an array; ConfigError where it is none."""
+    try:
+        return np.asarray(output)
+    except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients
+        raise ConfigError(f"{refusal} ({reason(error)})") from None
 
 
 class PolicyFile(ForeignPolicy):
@@ -186,7 +212,7 @@ class FunctionPolicy(ForeignPolicy):
     function: Callable[..., object] | None = None
     n_state: StateSize = Field(0, description="Numbers in the hidden state of a robot; 0: none")
 
-    def start(self, form: PolicyForm) -> Predict | Recurrent:
+    def start(self, form: PolicyForm) -> Started:
         """The function itself."""
         assert self.function is not None
-        return Recurrent(self.function, self.n_state) if self.n_state else self.function
+        return started_function(self.function, self.n_state, self.source)

@@ -1,6 +1,6 @@
 """The running policy of another trainer, which acts between `observe` and `decide`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
@@ -17,12 +17,9 @@ from swarm_forage_env.random_streams import NoiseSource, draw_rows, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import BEGINS, RUNS, STANDS
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
-from training.foreign_file import reason
-from training.policy import ForeignPolicy, Recurrent
+from training.policy import ForeignPolicy, Rows, as_array
 
-Rows = Float32[Array, "robots numbers"]
 Streams = UInt64[Array, " robots"]
-States = Float32[Array, "robots n_state"]
 
 
 class Steer:
@@ -33,43 +30,40 @@ class Steer:
 
     def __init__(self, policy: ForeignPolicy, form: PolicyForm, robots: Sequence[int]) -> None:
         """Start the policy of some robots; ConfigError if it does not fit."""
-        asked = policy.start_by_chance(form) if policy.chance else policy.start(form)
-        self.n_state = asked.n_state if isinstance(asked, Recurrent) else 0
-        self._ask: Callable[..., object] = asked.function if isinstance(asked, Recurrent) else asked
+        started = policy.start(form)
+        self._act, self.n_state = started.act, started.n_state
         self._source, self._chance = policy.source, policy.chance
-        self._usable = usable_rows(form, robots, policy.source)
-        self._is_discrete = form.action.is_discrete
-        self._n_draws = 1 if self._is_discrete else len(form.action.layout)
+        if self._chance and not started.has_distribution:
+            raise ConfigError(
+                f"policy {self._source}: chance=true: tells no distribution of its actions, only"
+                " the actions; leave it out"
+            )
+        self._action, self._space = form.action, form.action_space
+        self._actions = form.actions(robots)
 
-    def __call__(self, observed: Rows, streams: Streams, states: States) -> Rows:
+    def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
         """The actions of one decision; ConfigError for actions or states that are not usable."""
-        inputs: list[Array] = [observed]
+        draws = None
         if self._chance:
-            draws = np.empty((len(observed), self._n_draws))
-            draw_rows(streams, draws, not self._is_discrete)
-            inputs.append(draws)
-        if not self.n_state:
-            return self._usable(self._ask(*inputs))
-        output = self._ask(*inputs, states.copy())
-        if not isinstance(output, tuple) or len(output) != 2:
-            kind = type(output).__name__
-            raise ConfigError(
-                f"policy {self._source}: gives a {kind}; with n_state={self.n_state} it must give"
-                " actions and the next states, as in `return actions, states`"
-            )
-        states[...] = self._next_states(output[1], states.shape)
-        return self._usable(output[0])
+            is_discrete = self._action.is_discrete
+            draws = np.empty((len(observed), 1 if is_discrete else len(self._action.layout)))
+            draw_rows(streams, draws, not is_discrete)
+        actions, states[...] = self._act(observed, draws, states.copy())
+        return self._usable(actions)
 
-    def _next_states(self, output: object, shape: tuple[int, ...]) -> Array:
-        array = _array(output, f"policy {self._source}: gives no array of states")
-        largest = np.finfo(np.float32).max
-        is_real = array.dtype.kind in "fiu" and bool((np.abs(array) <= largest).all())
-        if array.shape != shape or not is_real:
-            raise ConfigError(
-                f"policy {self._source}: gives states {array.shape} of {array.dtype}; must be"
-                f" finite numbers of float32 {shape}, the robots and n_state"
-            )
-        return array
+    def _usable(self, output: object) -> Rows:
+        """Actions of the layers, clipped to their bounds.
+
+        ConfigError for NaN and infinity, and for all else that the action space lacks.
+        """
+        array = as_array(output, f"policy {self._source}: gives no array of actions")
+        space, is_finite = self._space, array.dtype.kind == "f" and np.isfinite(array).all()
+        if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:
+            array = np.clip(array, space.low, space.high)
+        try:
+            return self._action.to_raw(self._actions.rows(array))
+        except ConfigError as error:
+            raise ConfigError(f"policy {self._source}: {error}") from None
 
 
 class RunningForeignPolicy:
@@ -191,33 +185,3 @@ class RunningForeignPolicy:
             fields = {"weighting": "weight", "motion": self._form.task.commanded}
             for layer, mask in own.items():
                 action[fields[layer]][~mask] = before[fields[layer]][~mask]
-
-
-def usable_rows(
-    form: PolicyForm, robots: Sequence[int], source: str
-) -> Callable[[object], Float32[Array, "robots n"]]:
-    """A function from a policy's actions to those of the layers, clipped to their bounds.
-
-    It raises ConfigError for NaN and infinity, and for all else that the action space lacks.
-    """
-    actions, space = form.actions(robots), form.action_space
-
-    def rows(output: object) -> Float32[Array, "robots n"]:
-        array = _array(output, f"policy {source}: gives no array of actions")
-        is_finite = array.dtype.kind == "f" and bool(np.isfinite(array).all())
-        if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:
-            array = np.clip(array, space.low, space.high)
-        try:
-            return form.action.to_raw(actions.rows(array))
-        except ConfigError as error:
-            raise ConfigError(f"policy {source}: {error}") from None
-
-    return rows
-
-
-def _array(output: object, refusal: str) -> Array:
-    """An output as an array; ConfigError where it is none."""
-    try:
-        return np.asarray(output)
-    except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients
-        raise ConfigError(f"{refusal} ({reason(error)})") from None

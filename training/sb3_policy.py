@@ -8,9 +8,8 @@ import io
 import json
 import re
 from base64 import b64decode
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from functools import partial
 from importlib import import_module
 from itertools import islice, pairwise, product
 from pathlib import Path
@@ -39,7 +38,7 @@ from training.foreign_file import (
 )
 from training.network_policy import Network as DenseNetwork
 from training.network_policy import packed_layers
-from training.policy import Draw, PolicyFile, Predict, Recurrent, drawn_choices
+from training.policy import PolicyFile, Rows, Started, drawn_choices
 from training.policy_card import PolicyCard, as_in_a_name, card_from
 from training.policy_file import check_weights, misfit
 
@@ -47,7 +46,6 @@ if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
     from stable_baselines3.sac.policies import SACPolicy
     from torch import Tensor
-    from torch.distributions import Distribution
 
 NO_MATTER = (":serialized:", ":type:", "optimizer_class", "optimizer_kwargs")
 """Keys of JSON that a policy does not depend on unless it is trained further."""
@@ -237,8 +235,6 @@ KNOWN = {
 
 States = tuple[Array, ...]  # hidden and cell states of an LSTM, each (layers, robots, units)
 
-Asked = tuple[Array, States | None]  # actions, and the next states where there is an LSTM
-
 Chosen = tuple[type["BasePolicy"], dict[str, Any]]  # the class of a policy, and its keywords
 
 
@@ -259,68 +255,47 @@ class SB3Policy(PolicyFile):
         text = read_zip(self.path)[0].observation_space.policy_card
         return super().card() if text is None else card_from(text, f"in {self.file}")
 
-    def start(self, form: PolicyForm) -> Predict | Recurrent:
-        """The model's policy, deterministic."""
-        model = self._model(form)
-        network = _dense(model)
-        if network is not None:
-            return lambda observed: network(observed)[0]
-        return self._started(model, partial(model.predict, deterministic=True))
-
-    def start_by_chance(self, form: PolicyForm) -> Draw | Recurrent:
-        """The model's policy, which draws its actions; ConfigError without a distribution."""
+    def start(self, form: PolicyForm) -> Started:
+        """The model's policy; by chance it draws from its distribution, if it has one."""
         import torch
+        from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
         from stable_baselines3.common.policies import ActorCriticPolicy
         from stable_baselines3.sac.policies import SACPolicy
-        from torch.distributions import Categorical
 
         model = self._model(form)
-        if not isinstance(model, ActorCriticPolicy | SACPolicy):
-            return super().start_by_chance(form)
+        dense = _dense(model)
+        layers, units = 0, 0
+        if isinstance(model, RecurrentActorCriticPolicy):
+            layers, _, units = model.lstm_hidden_state_shape
 
         @torch.no_grad()
-        def by_chance(observed: Array, draws: Array, states: States | None) -> Asked:
-            drawn_from, after = _distribution(model, torch.as_tensor(observed), states)
-            if isinstance(drawn_from, Categorical):
-                return drawn_choices(drawn_from.probs.double().numpy(), draws), after
-            actions = drawn_from.mean + drawn_from.stddev * torch.as_tensor(draws)
-            numbers: Array = actions.float().numpy()
-            squashed = model.squash_output
-            return model.unscale_action(np.tanh(numbers)) if squashed else numbers, after
+        def act(observed: Rows, draws: Array | None, rows: Rows) -> tuple[Array, Rows]:
+            if dense is not None and draws is None:
+                return dense(observed, rows)
+            before = None
+            if units:  # a row of each robot is its hidden and its cell state
+                before = tuple(rows.reshape(-1, 2, layers, units).transpose(1, 2, 0, 3))
+            try:
+                if draws is None:
+                    actions, after = model.predict(observed, before, deterministic=True)
+                else:
+                    assert isinstance(model, ActorCriticPolicy | SACPolicy), "it is not asked"
+                    actions, after = _drawn(model, observed, draws, before)
+            except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
+                raise ConfigError(
+                    f"policy {self.file}: gives no action ({reason(error)})"
+                ) from None
+            if after is not None:
+                rows = np.stack(after).transpose(2, 0, 1, 3).reshape(rows.shape)
+            return actions, rows
 
-        return self._started(model, by_chance)
+        has_distribution = isinstance(model, ActorCriticPolicy | SACPolicy)
+        return Started(act, 2 * layers * units, has_distribution)
 
     def pilot(self, form: PolicyForm) -> Pilot:
         """The policy compiled beside the world; ConfigError for one that is not of dense layers."""
         network = _dense(self._model(form))
         return super().pilot(form) if network is None else network.pilot(form)
-
-    def _started(
-        self, model: "BasePolicy", ask: Callable[..., Asked]
-    ) -> Callable[..., Array] | Recurrent:
-        """What `ask` makes of the inputs and states of an LSTM, which each robot has in one row."""
-        from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
-
-        if not isinstance(model, RecurrentActorCriticPolicy):
-            return lambda *inputs: self._asked(ask, *inputs, None)[0]
-        layers, _, units = model.lstm_hidden_state_shape
-
-        def step(*inputs: Array) -> tuple[Array, Array]:
-            *seen, rows = inputs
-            hidden, cell = rows.reshape(-1, 2, layers, units).transpose(1, 2, 0, 3)
-            actions, states = self._asked(ask, *seen, (hidden, cell))
-            assert states is not None, "an LSTM has states"
-            return actions, np.stack(states).transpose(2, 0, 1, 3).reshape(rows.shape)
-
-        return Recurrent(step, 2 * layers * units)
-
-    def _asked(self, ask: Callable[..., Asked], *inputs: object) -> Asked:
-        """What `ask` gives; ConfigError where it fails."""
-        try:
-            return ask(*inputs)
-        except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
-            why = reason(error)
-            raise ConfigError(f"policy {self.file}: gives no action ({why})") from None
 
     def _model(self, form: PolicyForm) -> "BasePolicy":
         """The model's policy, with its weights."""
@@ -389,30 +364,31 @@ def _dense(model: "BasePolicy") -> DenseNetwork | None:
     return DenseNetwork(numbers, np.array(sizes))
 
 
-def _distribution(
-    model: "ActorCriticPolicy | SACPolicy", observed: "Tensor", states: States | None
-) -> tuple["Distribution", States | None]:
-    """The distribution of the actions, before they are squashed, and the next states."""
+def _drawn(
+    model: "ActorCriticPolicy | SACPolicy", observed: Array, draws: Array, states: States | None
+) -> tuple[Array, States | None]:
+    """Actions from the distribution of a policy, and the next states of an LSTM."""
     import torch
     from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
     from stable_baselines3.common.policies import ActorCriticPolicy
-    from torch.distributions import Distribution, Normal
+    from torch.distributions import Categorical, Distribution, Normal
 
+    seen, after = torch.as_tensor(observed), None
     if not isinstance(model, ActorCriticPolicy):
-        mean, log_std, _ = model.actor.get_action_dist_params(observed)
-        return Normal(mean, log_std.exp()), None
-    after = None
-    if isinstance(model, RecurrentActorCriticPolicy):
+        mean, log_std, _ = model.actor.get_action_dist_params(seen)  # before it is squashed
+        drawn_from: object = Normal(mean, log_std.exp())
+    elif isinstance(model, RecurrentActorCriticPolicy):
         assert states is not None, "an LSTM has states"
-        hidden, cell = (torch.tensor(each) for each in states)
-        actions, (hidden, cell) = model.get_distribution(
-            observed, (hidden, cell), torch.zeros(len(observed))
-        )
-        after = hidden.numpy(), cell.numpy()
+        hidden, cell = map(torch.tensor, states)
+        given, tensors = model.get_distribution(seen, (hidden, cell), torch.zeros(len(seen)))
+        drawn_from, after = given.distribution, tuple(each.numpy() for each in tensors)
     else:
-        actions = model.get_distribution(observed)
-    assert isinstance(actions.distribution, Distribution), "its actions are no dictionary"
-    return actions.distribution, after
+        drawn_from = model.get_distribution(seen).distribution
+    assert isinstance(drawn_from, Distribution), "its actions are no dictionary"
+    if isinstance(drawn_from, Categorical):
+        return drawn_choices(drawn_from.probs.double().numpy(), draws), after
+    numbers = (drawn_from.mean + drawn_from.stddev * torch.as_tensor(draws)).float().numpy()
+    return model.unscale_action(np.tanh(numbers)) if model.squash_output else numbers, after
 
 
 def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> None:

@@ -49,7 +49,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.task import task_of
-from training.policy import Draw, ForeignPolicy
+from training.policy import ForeignPolicy, Started
 from training.policy_card import PolicyCard, card_from, card_of
 from training.policy_controller import PolicyController
 
@@ -152,12 +152,16 @@ class RandomPolicy(ForeignPolicy):
 
     chance: bool = True
 
-    def start_by_chance(self, form: PolicyForm) -> Draw:
+    def start(self, form: PolicyForm) -> Started:
         """Each normal draw as the share of the normal distribution below it."""
         space = form.action_space
         if not isinstance(space, Box):
             raise ConfigError("policy random: draws numbers, not choices; leave out discrete")
-        return lambda observed, draws: space.low + (space.high - space.low) * ndtr(draws)
+        low, high = space.low, space.high
+        return Started(
+            lambda observed, draws, states: (low + (high - low) * ndtr(draws), states),
+            has_distribution=True,
+        )
 
 
 class RandomController(PolicyController):

@@ -15,7 +15,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from training.exported_policies import OnnxPolicy, TorchScriptPolicy
+from training.exported_policies import TorchScriptPolicy
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
 
@@ -55,13 +55,20 @@ def poses(controller, ticks):
 
 
 @pytest.mark.parametrize("discrete", [False, True])
-def test_a_network_in_onnx_is_a_controller(discrete, file):
+def test_a_network_in_onnx_is_a_controller(discrete, file, monkeypatch):
     keywords = {"discrete": discrete, "decision_period": 5}
     env = parallel_env("es1", **SMALL, **keywords)
     path, weights = file(len(env.observation_layout), 5 if discrete else 2)
     save_policy_card(path, "es1", **SMALL, **keywords)
-    options = OnnxPolicy(file=str(path))._session().get_session_options()
-    assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
+    import onnxruntime
+
+    opened = onnxruntime.InferenceSession
+
+    def opened_in_one_thread(path, options, **terms):
+        assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
+        return opened(path, options, **terms)
+
+    monkeypatch.setattr(onnxruntime, "InferenceSession", opened_in_one_thread)
 
     def predict(observed):
         given = observed @ weights
@@ -119,12 +126,12 @@ class Network(torch.nn.Module):
 def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, space, given, told):
     torch.jit.script(Network(given)).save(str(tmp_path / "p.pt"))
     form = SimpleNamespace(action_space=space, layout=[0] * 4)
-    predict = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form)
-    assert predict(np.zeros((2, 4), np.float32)).tolist() == told
+    act = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form).act
+    assert act(np.zeros((2, 4), np.float32), None, None)[0].tolist() == told
     with pytest.raises(
         ConfigError, match=r"observations of 2 robots and 3 numbers \(.*an odd number\); say"
     ) as no:
-        predict(np.zeros((2, 3), np.float32))
+        act(np.zeros((2, 3), np.float32), None, None)
     assert "\n" not in str(no.value)
     (tmp_path / "p.pt").write_text("no network")
     with pytest.raises(ConfigError, match=r"is no TorchScript \(\w[^\n]*\)$"):

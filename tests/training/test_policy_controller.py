@@ -53,7 +53,11 @@ def model(tmp_path):
 
 def asked(controller, scenario, space):
     """What a controller asks of a saved model: layers of PPO are run by a kernel, not by torch."""
-    predict = controller.policy.start(controller.form(scenario))
+    act = controller.policy.start(controller.form(scenario)).act
+
+    def predict(observed):
+        return act(observed, None, np.zeros((len(observed), 0), np.float32))[0]
+
     if isinstance(space, Discrete):
         return predict
     return lambda observed: np.clip(predict(observed), space.low, space.high)

@@ -145,14 +145,18 @@ def test_what_runs_without_torch_is_what_was_trained(network):
     controller = ppo.controller_of(file)
     form = controller.form(find_scenario("es1"))
     observed = np.random.default_rng(0).uniform(-1, 1, (30, len(form.layout))).astype(np.float32)
-    mean, chance = controller.policy.start(form), controller.policy.start_by_chance(form)
+    started = controller.policy.start(form)
+
+    def act(observed, draws=None):
+        return started.act(observed, draws, np.zeros((len(observed), 0), np.float32))[0]
+
     with torch.no_grad():
         wanted = policy.actor(torch.from_numpy(observed)).numpy()
-    np.testing.assert_allclose(mean(observed), wanted, atol=1e-5)
-    assert_array_equal(mean(observed[:7]), mean(observed)[:7])
+    np.testing.assert_allclose(act(observed), wanted, atol=1e-5)
+    assert_array_equal(act(observed[:7]), act(observed)[:7])
     draws = np.full((30, 2), 2.0)
     deviation = policy.log_std.detach().exp().numpy()
-    np.testing.assert_allclose(chance(observed, draws), wanted + 2.0 * deviation, atol=1e-5)
+    np.testing.assert_allclose(act(observed, draws), wanted + 2.0 * deviation, atol=1e-5)
 
 
 @pytest.mark.parametrize("network", ["everything"], indirect=True)
@@ -161,15 +165,15 @@ def test_a_memory_runs_without_torch_as_it_was_trained(network):
     controller = ppo.controller_of(file)
     form = controller.form(find_scenario("es1"))
     observed = torch.rand(5, 30, len(form.layout)) * 2.0 - 1.0
-    own, chance = controller.policy.start(form), controller.policy.start_by_chance(form)
+    started = controller.policy.start(form)
     n_state, n_actions = policy.n_state, len(form.action.layout)
-    assert own.n_state == chance.n_state == n_state
+    assert started.n_state == n_state
     states, wanted = np.zeros((30, n_state), np.float32), torch.zeros(30, n_state)
     deviation = policy.log_std.detach().exp().numpy()
     for seen in observed:
-        few, few_after = own.function(seen.numpy()[:7], states[:7])
-        noisy, after = chance.function(seen.numpy(), np.full((30, n_actions), 2.0), states)
-        actions, states = own.function(seen.numpy(), states)
+        few, few_after = started.act(seen.numpy()[:7], None, states[:7])
+        noisy, after = started.act(seen.numpy(), np.full((30, n_actions), 2.0), states)
+        actions, states = started.act(seen.numpy(), None, states)
         with torch.no_grad():
             wanted = policy.next_states(seen, wanted)
             np.testing.assert_allclose(actions, policy.actor(wanted).numpy(), atol=1e-5)

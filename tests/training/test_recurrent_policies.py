@@ -79,17 +79,17 @@ def test_a_recurrent_model_draws_around_what_it_does_without_chance(trained):
     model, file = trained
     controller = find_controller(f"sb3:{file},chance=true")
     form = controller.form(NEAR)
-    step, rng = controller.policy.start_by_chance(form), np.random.default_rng(0)
+    act, rng = controller.policy.start(form).act, np.random.default_rng(0)
     observed = rng.uniform(-1, 1, (4, len(form.layout))).astype(np.float32)
     hidden, cell = rng.normal(size=(2, 2, 4, 8)).astype(np.float32)  # of layers, robots, units
     rows = np.stack([np.r_[hidden[:, k].ravel(), cell[:, k].ravel()] for k in range(4)])
     wanted, after = model.predict(observed, (hidden, cell), deterministic=True)
     draws = rng.normal(size=(4, len(form.action.layout)))
     deviation = model.policy.log_std.exp().detach().numpy()
-    mean, states = step.function(observed, 0.0 * draws, rows)
+    mean, states = act(observed, 0.0 * draws, rows)
     assert_array_equal(np.clip(mean, -1.0, 1.0), wanted)
     assert_array_equal(states[1], np.r_[after[0][:, 1].ravel(), after[1][:, 1].ravel()])
-    assert_allclose(step.function(observed, draws, rows)[0], mean + deviation * draws, atol=1e-5)
+    assert_allclose(act(observed, draws, rows)[0], mean + deviation * draws, atol=1e-5)
     assert_array_equal(ran(controller, [7, 8]), ran(controller, [8, 7])[::-1])
 
 

@@ -127,15 +127,17 @@ def test_a_model_that_explores_by_its_state_is_one_as_a_controller_too(tmp_path)
     made = saved(tmp_path / "m.zip", use_sde=True)
     controller = find_controller(f"sb3:{tmp_path / 'm.zip'}")
     observed = observed_by(made)
-    found = controller.policy.start(controller.form(find_scenario("es1", NUMBERS)))(observed)
+    found = chosen(controller, observed, None)
     np.testing.assert_allclose(found, made.predict(observed, deterministic=True)[0], atol=1e-6)
 
 
+def chosen(controller, observed, draws):
+    started = controller.policy.start(controller.form(find_scenario("es1", NUMBERS)))
+    return started.act(observed, draws, np.zeros((len(observed), 0), np.float32))[0]
+
+
 def by_chance(file, observed, draws):
-    controller = find_controller(f"sb3:{file},chance=true")
-    return controller.policy.start_by_chance(controller.form(find_scenario("es1", NUMBERS)))(
-        observed, draws
-    )
+    return chosen(find_controller(f"sb3:{file},chance=true"), observed, draws)
 
 
 def observed_by(model):
