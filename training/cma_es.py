@@ -20,7 +20,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.candidate_rollouts import Architecture, CandidateRollouts
 from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
-from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, unflatten
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
 from training.linear_motion_policy import LINEAR_MOTION
 from training.policy_file import LayerName, Policy, Shapes, load_policy
 from training.training_loop import NetworkTraining, ProgressLogger, run
@@ -109,15 +109,6 @@ class CMAESTraining(NetworkTraining):
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
         return np.asarray(self._search.mean, np.float32)
-
-    @property
-    def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        arrays = unflatten(self._numbers, self._architecture.shapes(self._sizes))
-        return {f"{self._layer}.{name}": array for name, array in arrays.items()}
-
-    @property
-    def _network(self) -> tuple[str, Mapping[str, int]]:
-        return self._architecture.name, self._sizes
 
     @property
     def _simulated_s(self) -> float:

@@ -126,12 +126,13 @@ class DAggerTraining(NetworkTraining):
         self._backend = JoblibBackend(experiment.workers)
         torch.manual_seed(experiment.seed)
         self._actor = initial_actor(experiment)
+        self._architecture, self._sizes = self._actor.architecture, self._actor.sizes
         self._rollouts = CandidateRollouts(
             self._scenarios,
             experiment.base_controller,
             experiment.physics,
             self._backend,
-            architecture=self._actor.architecture,
+            architecture=self._architecture,
         )
         self._rounds = 0
         self._open()
@@ -194,7 +195,7 @@ class DAggerTraining(NetworkTraining):
 
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
-        shapes = self._actor.architecture.shapes(self._actor.sizes)
+        shapes = self._architecture.shapes(self._sizes)
         return flatten(self._actor.to_numpy(), shapes).astype(np.float32)
 
     @property
@@ -202,14 +203,6 @@ class DAggerTraining(NetworkTraining):
         """Simulated time of all rounds so far, summed over worlds [s]."""
         each = (self._n_worlds[k] * s.n_ticks * s.tick for k, s in self._scenarios.items())
         return self.done * sum(each)
-
-    @property
-    def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        return {f"weighting.{name}": array for name, array in self._actor.to_numpy().items()}
-
-    @property
-    def _network(self) -> tuple[str, Mapping[str, int]]:
-        return self._actor.architecture.name, self._actor.sizes
 
     @property
     def _state(self) -> dict[str, Array]:

@@ -11,8 +11,6 @@ from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import Any, Unpack
 
-import numpy as np
-
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.controllers import SINGLE, SUBSUMPTION
 from baselines.weighting.sgikf import SGIKF
@@ -27,7 +25,7 @@ from swarm_forage_env.interface import Controller, RunningController, TeamContro
 from swarm_forage_env.parameters import BaseScenario, Parameters, validated
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
-from training.policy import ForeignPolicy, FunctionPolicy
+from training.policy import ForeignPolicy, FunctionPolicy, PolicyFile
 from training.policy_card import PolicyCard, as_in_a_name
 from training.running_policy import RunningForeignPolicy, Steer
 
@@ -121,14 +119,14 @@ class PolicyController(LayeredController):
     ) -> "RunningForeignPolicy":
         """The policy of some robots, over the other layers; ConfigError if it does not fit."""
         form = self.form(world.scenario)
-        return RunningForeignPolicy(world, inner, form, self._started(form, robots), robots)
+        return RunningForeignPolicy(world, inner, form, Steer(self.policy, form, robots), robots)
 
     def check_usable(self, scenario: BaseScenario) -> None:
         """ConfigError or UnknownNameError if a layer or the policy does not fit the scenario."""
         if not self.is_everything:
             self.hand_written.check_usable(scenario)
         form = self.form(scenario)
-        self._started(form, form.everybody)
+        Steer(self.policy, form, form.everybody)
 
     def check_supports(self, scenario: BaseScenario) -> None:
         """ConfigError if a hand-written layer is not made for the world of this scenario."""
@@ -136,8 +134,8 @@ class PolicyController(LayeredController):
             super().check_supports(scenario)
 
     def assumed(self, scenario: BaseScenario) -> str:
-        """The keywords that a policy without a card is run under; empty for one with a card."""
-        if self.policy.card() is not None:
+        """The keywords that a file without a card is run under; empty for one with a card."""
+        if not isinstance(self.policy, PolicyFile) or self.policy.card() is not None:
             return ""
         form = self.form(scenario)
         terms = {name: value for name, value in form.config if name in PolicyKeywords.model_fields}
@@ -159,13 +157,6 @@ class PolicyController(LayeredController):
         if card is not None:
             _check_observes(self.policy, card, form)
         return form
-
-    def _started(self, form: PolicyForm, robots: Sequence[int]) -> Steer:
-        """The policy of some robots as a function, which has run once."""
-        steer = Steer(self.policy, form, robots)
-        n = len(robots)
-        steer(form.dummy(robots), np.zeros(n, np.uint64), np.zeros((n, steer.n_state), np.float32))
-        return steer
 
     def _with_policy(self, terms: Mapping[str, object]) -> "PolicyController":
         return replace(self, policy=validated(type(self.policy), terms))

@@ -29,8 +29,8 @@ class Steer:
     """
 
     def __init__(self, policy: ForeignPolicy, form: PolicyForm, robots: Sequence[int]) -> None:
-        """Start the policy of some robots; ConfigError if it does not fit."""
-        started = policy.start(form)
+        """Start the policy of some robots, and run it once; ConfigError if it does not fit."""
+        started, n = policy.start(form), len(robots)
         self._act, self.n_state = started.act, started.n_state
         self._source, self._chance = policy.source, policy.chance
         if self._chance and not started.has_distribution:
@@ -40,6 +40,7 @@ class Steer:
             )
         self._action, self._space = form.action, form.action_space
         self._actions = form.actions(robots)
+        self(form.dummy(robots), np.zeros(n, np.uint64), np.zeros((n, self.n_state), np.float32))
 
     def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
         """The actions of one decision; ConfigError for actions or states that are not usable."""

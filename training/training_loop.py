@@ -12,7 +12,7 @@ import numpy as np
 
 from baselines.evaluation.console import progress_bar
 from swarm_forage_env.arrays import Array, Float32, Int64
-from training.candidate_rollouts import CandidateRollouts
+from training.candidate_rollouts import Architecture, CandidateRollouts
 from training.checkpoint import (
     BEST_POLICY,
     CHECKPOINT,
@@ -21,6 +21,7 @@ from training.checkpoint import (
     write_checkpoint,
 )
 from training.experiment import Experiment, versions
+from training.learned_weighting import unflatten
 from training.policy_file import (
     Card,
     CurvePoint,
@@ -220,6 +221,9 @@ class NetworkTraining(Training):
     """A training of the network of one layer, which runs as a candidate of rollouts."""
 
     _rollouts: CandidateRollouts
+    _architecture: Architecture
+    _sizes: Mapping[str, int]
+    """Sizes of the network, as on a card."""
 
     @property
     @abstractmethod
@@ -227,9 +231,10 @@ class NetworkTraining(Training):
         """Flat weights of the present network."""
 
     @property
-    @abstractmethod
-    def _network(self) -> tuple[str, Mapping[str, int]]:
-        """Architecture of the network and its sizes, as on a card."""
+    def _weights(self) -> Weights:
+        (layer,) = self._experiment.layers
+        arrays = unflatten(self._numbers, self._architecture.shapes(self._sizes))
+        return {f"{layer}.{name}": array for name, array in arrays.items()}
 
     def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
         seeds = self._experiment.held_back_seeds
@@ -239,7 +244,7 @@ class NetworkTraining(Training):
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
         (layer,) = self._experiment.layers
         scenario = next(iter(self._experiment.scenarios_by_name.values()))
-        layers = {layer: layer_card(layer, scenario, *self._network)}
+        layers = {layer: layer_card(layer, scenario, self._architecture.name, self._sizes)}
         record = self._record(score).model_dump()
         card = Card(layers=layers, controller=self._experiment.controller, **record)
         save_policy(file, weights, card)

@@ -23,7 +23,6 @@ from gymnasium.spaces import Box
 from scipy.special import ndtr
 
 from baselines.controller import LayeredController
-from baselines.controllers import SINGLE, SUBSUMPTION
 from baselines.evaluation.dataset import (
     DamagedFileError,
     Dataset,
@@ -37,7 +36,6 @@ from baselines.evaluation.dataset_reader import TRANSITIONS
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import COMPRESSION
-from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env import envs
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.controllers import parse_controller
@@ -47,11 +45,10 @@ from swarm_forage_env.envs.make import checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.task import task_of
 from training.policy import ForeignPolicy, Started
 from training.policy_card import PolicyCard, card_from, card_of
-from training.policy_controller import PolicyController
+from training.policy_controller import PolicyController, named_policy
 
 CARD = b"card"
 """Metadata key of the card that a policy which is trained on a file has."""
@@ -164,15 +161,7 @@ class RandomPolicy(ForeignPolicy):
         )
 
 
-class RandomController(PolicyController):
-    """Robots that act at random in the action space of the environment's defaults."""
-
-    def assumed(self, scenario: BaseScenario) -> str:
-        """Nothing: it was not trained."""
-        return ""
-
-
-RANDOM = RandomController("random", SINGLE, SGIKF(), SUBSUMPTION, RandomPolicy())
+RANDOM = named_policy("random", RandomPolicy())
 
 
 class DatasetOptions(EvaluateOptions):

@@ -36,13 +36,10 @@ IMITATION = {"algorithm": "imitation", "population": None}
 EVERYTHING = {"algorithm": "ppo", "layer": "everything", "population": None}
 
 REFUSED = [
-    ({"layer": "sensing"}, "no layer named 'sensing'"),
-    ({"algorithm": "sgd"}, "no algorithm named 'sgd'"),
     ({"layer": "both"}, "cma: trains one layer at a time, not both"),
     ({**IMITATION, "layer": "both"}, "the weighting only, not both; what would"),
     ({"algorithm": "imitation", "population": 8}, "is for cma only"),
     ({"layer": "motion", "controller": "ssgiff:mean_run=1"}, "corrects subsumption as it is by"),
-    ({"scenarios": ()}, "must name at least one"),
     ({"scenarios": ("es9",)}, "no scenario named 'es9'"),
     ({"scenarios": ("waypoints-10",), "settings": {}}, "must be one in which robots forage"),
     ({"scenarios": ("es1:radio.frame=5",)}, "did you mean 'radio.frames'"),
