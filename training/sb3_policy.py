@@ -8,7 +8,6 @@ import io
 import json
 import re
 from base64 import b64decode
-from collections.abc import Mapping
 from contextlib import suppress
 from importlib import import_module
 from itertools import islice, pairwise, product
@@ -45,7 +44,6 @@ from training.policy_file import check_weights, misfit
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
     from stable_baselines3.sac.policies import SACPolicy
-    from torch import Tensor
 
 NO_MATTER = (":serialized:", ":type:", "optimizer_class", "optimizer_kwargs")
 """Keys of JSON that a policy does not depend on unless it is trained further."""
@@ -182,46 +180,6 @@ def read_zip(file: Path) -> tuple[SavedModel, bytes, bytes]:
         ) from None
 
 
-def network_of(file: str, model: SavedModel, n_observed: int, n_bytes: int) -> Network | None:
-    """The keywords of the policy; None if some are in a pickle only.
-
-    ConfigError for others, and for a network of more weights than its file has bytes for.
-    """
-    keywords = {name: each for name, each in model.policy_kwargs.items() if name not in NO_MATTER}
-    texts = [each for each in keywords.values() if isinstance(each, str)]
-    if any(each.startswith("<") and not ACTIVATION.fullmatch(each) for each in texts):
-        return None
-    kind = RecurrentNetwork if model.policy_class.module == RECURRENT else Network
-    try:
-        network = kind.model_validate(keywords)
-    except ValidationError as error:
-        why = f"policy_kwargs.{reason(error)}"
-        raise ConfigError(f"policy {file}: cannot be made here: {why}") from None
-    n_weights = network.n_weights(n_observed)
-    if 4 * n_weights > n_bytes:
-        raise ConfigError(
-            f"policy {file}: its weights do not fit: policy_kwargs ask for {n_weights:.3g} of them"
-            f" at least, in {n_bytes} bytes"
-        )
-    return network
-
-
-def read_weights(file: str, content: bytes) -> Mapping[str, "Tensor"]:
-    """The weights of a policy; ConfigError for what torch's loader of weights does not take."""
-    import torch
-
-    try:
-        check_zip(content)
-        weights = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
-        if not isinstance(weights, Mapping) or not all(
-            isinstance(name, str) and isinstance(w, torch.Tensor) for name, w in weights.items()
-        ):
-            raise ValueError("they are no arrays by name")
-    except Exception as error:  # what is no pickle raises anything
-        raise ConfigError(f"policy {file}: its weights cannot be read ({reason(error)})") from None
-    return weights
-
-
 RECURRENT = "sb3_contrib.common.recurrent.policies"
 
 KNOWN = {
@@ -302,15 +260,16 @@ class SB3Policy(PolicyFile):
         saved, data, content = read_zip(self.path)
         _check_spaces(self.file, saved, form)
         _check_unchanged(self.file, saved, form)
-        chosen = self._trusted(data) if self.trust else self._plain(saved, form, len(content))
-        policy, keywords = chosen
+        policy, keywords = (
+            self._trusted(data) if self.trust else self._plain(saved, form, len(content))
+        )
         if saved.use_sde:
             keywords.setdefault("use_sde", True)
         try:
             model = policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
         except (TypeError, AssertionError, RuntimeError, ValueError) as error:
             raise ConfigError(f"policy {self.file}: cannot be made here: {reason(error)}") from None
-        _load(self.file, model, read_weights(self.file, content))
+        _load(self.file, model, content)
         model.set_training_mode(False)
         return model
 
@@ -328,16 +287,36 @@ class SB3Policy(PolicyFile):
             raise ConfigError(f"policy {self.file}: cannot be unpickled ({why})") from None
 
     def _plain(self, saved: SavedModel, form: PolicyForm, n_bytes: int) -> Chosen:
-        """Class and keywords of the policy, from plain JSON."""
-        named = saved.policy_class
+        """Class and keywords of the policy, from plain JSON.
+
+        ConfigError where a pickle holds them, and for more weights than a file has bytes for.
+        """
+        named, kwargs = saved.policy_class, saved.policy_kwargs
         name = KNOWN.get(named.module, "")
+        keywords = {key: value for key, value in kwargs.items() if key not in NO_MATTER}
+        pickled = [
+            text
+            for text in keywords.values()
+            if isinstance(text, str) and text.startswith("<") and not ACTIVATION.fullmatch(text)
+        ]
         is_known = bool(name) and f"{name}.__init__ " in named.init
-        network = network_of(self.file, saved, len(form.layout), n_bytes)
-        if not is_known or network is None:
+        if not is_known or pickled:
             what = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
                 f"policy {self.file}: its {what} can only be had by unpickling, which runs whatever"
                 f" code is in the file; where you trust it: sb3:{self.file},trust=true"
+            )
+        kind = RecurrentNetwork if named.module == RECURRENT else Network
+        try:
+            network = kind.model_validate(keywords)
+        except ValidationError as error:
+            why = f"policy_kwargs.{reason(error)}"
+            raise ConfigError(f"policy {self.file}: cannot be made here: {why}") from None
+        n_weights = network.n_weights(len(form.layout))
+        if 4 * n_weights > n_bytes:
+            raise ConfigError(
+                f"policy {self.file}: its weights do not fit: policy_kwargs ask for"
+                f" {n_weights:.3g} of them at least, in {n_bytes} bytes"
             )
         return vars(import_module(named.module))[name], network.model_dump(exclude_unset=True)
 
@@ -391,12 +370,20 @@ def _drawn(
     return model.unscale_action(np.tanh(numbers)) if model.squash_output else numbers, after
 
 
-def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> None:
-    """Load the weights of a policy; ConfigError for others than it has, NaN and infinity."""
+def _load(file: str, model: "BasePolicy", content: bytes) -> None:
+    """Load the weights of a policy by torch's loader of weights.
+
+    ConfigError for what it does not take, other weights than the policy has, NaN and infinity.
+    """
     import torch
 
-    has = {name: tuple(w.shape) for name, w in weights.items()}
-    other = misfit(has, {name: tuple(w.shape) for name, w in model.state_dict().items()})
+    try:
+        check_zip(content)
+        weights = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
+        has = {name: tuple(each.shape) for name, each in weights.items()}
+        other = misfit(has, {name: tuple(w.shape) for name, w in model.state_dict().items()})
+    except Exception as error:  # what is no pickle raises anything
+        raise ConfigError(f"policy {file}: its weights cannot be read ({reason(error)})") from None
     if other:
         raise ConfigError(f"policy {file}: its weights do not fit: {other}")
     try:
