@@ -106,13 +106,13 @@ class Exchanges:
         """Join exchanges whose observations have `n_features` features."""
         shapes = (0, n_features), (0, 2), (0,), (0, 2), (0, 2)
         nothing = [np.zeros(shape, np.float32) for shape in shapes]
-        columns = zip(nothing, *(each._columns for each in parts), strict=True)
+        columns = zip(nothing, *(vars(each).values() for each in parts), strict=True)
         return cls(*(np.concatenate(each) for each in columns))
 
     def draw(self, draws: torch.Generator) -> "Exchanges":
         """Draw a batch with replacement."""
         chosen = torch.randint(len(self), (BATCH_SIZE,), generator=draws).numpy()
-        return Exchanges(*(each[chosen] for each in self._columns))
+        return Exchanges(*(each[chosen] for each in vars(self).values()))
 
     def loss(self, g: Tensor) -> Tensor:
         """Squared error of each estimate after the exchange, with the weights g [m2]."""
@@ -146,10 +146,6 @@ class Exchanges:
         nobody = self.loss(torch.zeros(len(self))).mean()
         with torch.no_grad():
             return float((nobody - self.error(actor)) / gain)
-
-    @property
-    def _columns(self) -> tuple[Array, Array, Array, Array, Array]:
-        return self.observed, self.area, self.known, self.own_error, self.heard_error
 
 
 @dataclass(frozen=True)

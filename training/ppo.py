@@ -155,9 +155,7 @@ class PPOTraining(Training):
 
     @property
     def _weights(self) -> Weights:
-        policy = self._learner.policy
-        assert isinstance(policy, ActorCritic)
-        return policy.to_numpy()
+        return self._learner.policy.to_numpy()
 
 
 def keywords(experiment: Experiment) -> EnvOptions:

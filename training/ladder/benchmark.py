@@ -17,7 +17,8 @@ from baselines.papers.reproduction import format_duration
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.task import task_of
-from training.ladder.play import Watch, play, random_actions, seeds_of_tests
+from training.experiment import TEST_SEEDS
+from training.ladder.play import Watch, play, random_actions
 from training.ladder.rungs import RANDOM, Algorithm, Rung, Score, write_scores
 from training.ladder.runs import Job, Run, add_run, find, read_runs, versions
 
@@ -106,7 +107,7 @@ def make(job: Job) -> Run:
     watch = Watch(job.rung.test_keywords, job.robot_steps, job.rung.card.curve_episodes)
     trainer_of(job.algorithm)(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
-    seeds = seeds_of_tests(job.rung.card.episodes)
+    seeds = TEST_SEEDS[: job.rung.card.episodes]
     return Run(
         rung=job.rung.name,
         algorithm=job.algorithm.name,
@@ -127,8 +128,7 @@ def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score
 
     Episodes are kept in a dataset: a command that was stopped goes on from there.
     """
-    seeds = seeds_of_tests(rung.card.episodes)
-    keywords = rung.test_keywords
+    seeds, keywords = TEST_SEEDS[: rung.card.episodes], rung.test_keywords
     say(f"{rung.name}: random actions, {len(seeds)} episodes")
     results = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
     scenario, dataset = rung.test_scenario, Dataset(out)

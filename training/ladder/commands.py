@@ -156,8 +156,9 @@ def _check_files(out: Path, page: Path | None) -> None:
 
 def _tell(page: Path | None, out: Path) -> "Sequence[Run]":
     """All runs as they are configured now, also as a file for marl-eval and on the page."""
+    from swarm_forage_env.atomic_write import write_atomically
     from training.ladder.rungs import find_algorithms, read_rungs
-    from training.ladder.runs import current, marl_eval, read_runs, write_json
+    from training.ladder.runs import current, marl_eval, read_runs
 
     stored, rungs = read_runs(out), list(read_rungs().values())
     runs = current(stored, rungs, find_algorithms(None))
@@ -168,7 +169,7 @@ def _tell(page: Path | None, out: Path) -> "Sequence[Run]":
                 f"{out}: {run.rung}, {run.algorithm}, seed {run.seed} no longer counts, as it is of"
                 " other settings than now; a new run as long will replace it"
             )
-    write_json(marl_eval(runs), MARL_EVAL)
+    write_atomically(MARL_EVAL, (json.dumps(marl_eval(runs), indent=1) + "\n").encode())
     if page:
         command = ["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--page={page}"]
         _write_page(page, rungs, runs, shlex.join(command))

@@ -17,9 +17,9 @@ from baselines.evaluation.figure_page import (
 )
 from baselines.evaluation.line_plots import Means, draw_band
 from baselines.evaluation.plot_style import FAINT, PALETTE, SeriesStyle, nth_style
-from baselines.evaluation.statistics import iqm_interval, performance_profile
+from baselines.evaluation.statistics import performance_profile
 from training.ladder.rungs import RANDOM, Rung, read_algorithms, title_of
-from training.ladder.runs import Run, by_algorithm, score_word, strata_of
+from training.ladder.runs import Run, by_algorithm, iqm, score_word, strata_of
 
 MILLION, MINUTE = 1e6, 60.0
 
@@ -93,7 +93,7 @@ def _curve(runs: Sequence[Run], over: Over) -> Means:
     points = [[run.curve[k] for run in runs] for k in range(n_points)]
     x = np.array([np.median([point[over] for point in each]) for each in points])
     scores = [[[float(np.mean(point["scores"])) for point in each]] for each in points]
-    estimates = [each for each in map(iqm_interval, scores) if each is not None]
+    estimates = [iqm(each) for each in scores]
     low, high = np.array([each.ends for each in estimates]).T
     mean = np.array([each.value for each in estimates])
     return Means(x / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)

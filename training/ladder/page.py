@@ -11,17 +11,17 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.console import so_many
+from baselines.evaluation.statistics import Estimate
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
 from training.ladder.rungs import DEFAULTS, RANDOM, Algorithm, Rung, Score, title_of
 from training.ladder.runs import (
-    Row,
     Run,
     by_algorithm,
     by_rung,
     improvements,
+    iqm,
     over_all,
-    rows_of,
     score_word,
 )
 
@@ -74,7 +74,8 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     card = rung.card
     parts = [f"### {rung.name}", f"**{card.title}.** {card.hard}"]
     lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
-    lines += [_learned(row) for row in rows_of(rung, runs)]
+    best_first = sorted(by_algorithm(runs).values(), key=lambda own: -_score_of(own).value)
+    lines += [_learned(rung, own) for own in best_first]
     heads = (
         score_word(rung), "score", "normalised", "worst seed", "stochastic", "n", "robot-steps",
         "time of a training",
@@ -91,17 +92,23 @@ def _reference(rung: Rung, name: str) -> tuple[str, ...]:
     return label, shown(score), f"{rung.normalised(score.mean):.2f}", "", "", n, "", ""
 
 
-def _learned(row: Row) -> tuple[str, ...]:
+def _learned(rung: Rung, runs: Sequence[Run]) -> tuple[str, ...]:
+    """An algorithm: interquartile means over its runs, each the mean of its test episodes."""
+    score, by_chance = _score_of(runs), iqm([[run.score_by_chance for run in runs]])
     return (
-        f"**{title_of(row.algorithm)}**",
-        _with_interval(row.score.value, row.score.interval),
-        f"{row.normalised:.2f}",
-        _with_interval(row.worst, None),
-        _with_interval(row.by_chance.value, row.by_chance.interval),
-        so_many(row.seeds, "seed"),
-        _millions(row.robot_steps),
-        format_duration(row.train_s),
+        f"**{title_of(runs[0].algorithm)}**",
+        _with_interval(score.value, score.interval),
+        f"{rung.normalised(score.value):.2f}",
+        _with_interval(min(run.score for run in runs), None),
+        _with_interval(by_chance.value, by_chance.interval),
+        so_many(len(runs), "seed"),
+        _millions(max(run.robot_steps for run in runs)),
+        format_duration(statistics.median(run.train_s for run in runs)),
     )
+
+
+def _score_of(runs: Sequence[Run]) -> Estimate:
+    return iqm([[run.score for run in runs]])
 
 
 def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import baselines.controllers  # noqa: F401 runs the layers that are not learned
 from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.envs.array_env import ArrayEnv
-from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
+from training.experiment import HELD_BACK_SEEDS
 from training.ladder.rungs import Keywords
 
 Act = Callable[[Array, Bool[Array, " worlds"], bool], Array]
@@ -82,11 +82,6 @@ def random_actions(keywords: Keywords, seed: int = 0) -> Act:
         return generator.uniform(space.low, space.high, shape).astype(np.float32)  # type: ignore[union-attr]
 
     return act
-
-
-def seeds_of_tests(episodes: int) -> list[int]:
-    """The seeds of test episodes, which are used for no training and no choice."""
-    return list(TEST_SEEDS)[:episodes]
 
 
 class Point(TypedDict):

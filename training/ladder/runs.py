@@ -119,11 +119,6 @@ class Run:
         return float(np.mean(self.scores_by_chance))
 
 
-def write_json(tree: Mapping[str, object], file: Path) -> None:
-    """Write a JSON file, whole or not at all."""
-    write_atomically(file, (json.dumps(tree, indent=1) + "\n").encode())
-
-
 def find(job: Job, runs: Sequence[Run]) -> Run | None:
     """The run of a job among others, of this configuration and length."""
     wanted = (job.rung.name, job.algorithm.name, job.seed, job.key, job.robot_steps)
@@ -205,20 +200,6 @@ def marl_eval(runs: Sequence[Run]) -> dict[str, object]:
     return {"swarm_forage": tree}
 
 
-@dataclass(frozen=True)
-class Row:
-    """An algorithm on a rung."""
-
-    algorithm: str
-    score: Estimate  # interquartile mean over the runs, each the mean of its test episodes
-    by_chance: Estimate  # the same of stochastic policies
-    worst: float  # the least mean of the deterministic policies
-    normalised: float
-    seeds: int
-    robot_steps: int
-    train_s: float  # median wall-clock time of a training [s]
-
-
 def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """The runs of each algorithm."""
     groups: dict[str, list[Run]] = {}
@@ -233,21 +214,11 @@ def by_rung(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[tuple[Rung, list
     return [(rung, own) for rung, own in pairs if own]
 
 
-def rows_of(rung: Rung, runs: Sequence[Run]) -> list[Row]:
-    """The algorithms on a rung, the best first."""
-    rows = []
-    for algorithm, own in by_algorithm(runs).items():
-        score = iqm_interval([[run.score for run in own]])
-        by_chance = iqm_interval([[run.score_by_chance for run in own]])
-        assert score is not None
-        assert by_chance is not None
-        worst, robot_steps = min(run.score for run in own), max(run.robot_steps for run in own)
-        train_s = float(np.median([run.train_s for run in own]))
-        normalised = rung.normalised(score.value)
-        rows.append(
-            Row(algorithm, score, by_chance, worst, normalised, len(own), robot_steps, train_s)
-        )
-    return sorted(rows, key=lambda row: -row.score.value)
+def iqm(strata: Sequence[Sequence[float]]) -> Estimate:
+    """The interquartile mean of scores, of each stratum one or more."""
+    estimate = iqm_interval(strata)
+    assert estimate is not None
+    return estimate
 
 
 def strata_of(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[list[float]]:
@@ -260,9 +231,7 @@ def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[E
     estimates = {}
     for algorithm, own in by_algorithm(runs).items():
         strata = strata_of(rungs, own)
-        estimate = iqm_interval(strata)
-        assert estimate is not None
-        estimates[algorithm] = estimate, len(strata)
+        estimates[algorithm] = iqm(strata), len(strata)
     return dict(sorted(estimates.items(), key=lambda each: (-each[1][1], -each[1][0].value)))
 
 
