@@ -17,7 +17,7 @@ from cmaes import CMA
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from training.candidate_rollouts import Architecture, CandidateRollouts
+from training.candidate_rollouts import Architecture
 from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
 from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
@@ -59,19 +59,11 @@ class CMAESTraining(NetworkTraining):
 
     def __init__(self, experiment: Experiment, backend: Backend | None = None) -> None:
         """Start a search, or resume it from the checkpoint in the experiment's folder."""
-        super().__init__(experiment)
-        (self._layer,) = experiment.layers
-        self._sizes, start = initial_network(experiment, self._layer)
-        self._architecture = ARCHITECTURES[self._layer]
-        self._rollouts = CandidateRollouts(
-            experiment.scenarios_by_name,
-            experiment.base_controller,
-            experiment.physics,
-            backend or JoblibBackend(experiment.workers),
-            self._architecture,
-            device=experiment.device,
-        )
-        sigma = INITIAL_SIGMA[self._layer]
+        (layer,) = experiment.layers
+        sizes, start = initial_network(experiment, layer)
+        backend = backend or JoblibBackend(experiment.workers)
+        super().__init__(experiment, ARCHITECTURES[layer], sizes, backend)
+        sigma = INITIAL_SIGMA[layer]
         self._search = CMA(start, sigma, population_size=experiment.population)
         self._populations = np.zeros((0, self._candidates, len(start)), np.float32)
         self._losses = np.zeros((0, self._candidates), np.float64)

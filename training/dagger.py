@@ -20,7 +20,6 @@ from torch import Tensor, nn
 from baselines.evaluation.backends import JoblibBackend, run_in_order
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.observed_fields import FieldLayout
-from training.candidate_rollouts import CandidateRollouts
 from training.exchanges import Exchanges, record_exchanges
 from training.experiment import Experiment, worlds_per_scenario
 from training.learned_weighting import (
@@ -120,20 +119,12 @@ class DAggerTraining(NetworkTraining):
 
     def __init__(self, experiment: Experiment) -> None:
         """Start a training, or resume it from the checkpoint in the experiment's folder."""
-        super().__init__(experiment)
+        torch.manual_seed(experiment.seed)
+        self._actor = actor = initial_actor(experiment)
+        backend = JoblibBackend(experiment.workers)
+        super().__init__(experiment, actor.architecture, actor.sizes, backend)
         self._scenarios = experiment.scenarios_by_name
         self._n_worlds = worlds_per_scenario(experiment)
-        self._backend = JoblibBackend(experiment.workers)
-        torch.manual_seed(experiment.seed)
-        self._actor = initial_actor(experiment)
-        self._architecture, self._sizes = self._actor.architecture, self._actor.sizes
-        self._rollouts = CandidateRollouts(
-            self._scenarios,
-            experiment.base_controller,
-            experiment.physics,
-            self._backend,
-            architecture=self._architecture,
-        )
         self._rounds = 0
         self._open()
         self._rollouts.warm_up(self._numbers)
@@ -173,7 +164,7 @@ class DAggerTraining(NetworkTraining):
             )
             for name, scenario in self._scenarios.items()
         ]
-        recorded = run_in_order(self._backend, operator.call, calls)
+        recorded = run_in_order(self._rollouts.backend, operator.call, calls)
         return dict(zip(self._scenarios, recorded, strict=True))
 
     def _fit(self, exchanges: Mapping[str, Exchanges]) -> dict[str, float]:

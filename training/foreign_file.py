@@ -36,14 +36,6 @@ def reason(error: Exception) -> str:
     return (text if len(text) <= 200 else f"{text[:200]}...") or type(error).__name__
 
 
-def is_file(path: Path) -> bool:
-    """Whether there is a regular file, or a link to one; no name is too long to ask."""
-    try:
-        return path.is_file()
-    except OSError:
-        return False
-
-
 def check_file(file: Path, what: str, largest: int = LARGEST) -> None:
     """ConfigError unless it is a regular file of at most `largest` bytes."""
     try:

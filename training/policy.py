@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from inspect import getfile
+from os.path import isfile
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +19,7 @@ from swarm_forage_env.envs.pilot import Pilot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, validated
-from training.foreign_file import is_file, reason
+from training.foreign_file import reason
 from training.policy_card import PolicyCard, read_policy_card
 
 SHOWN_BY = tuple(
@@ -184,7 +185,7 @@ class PolicyFile(ForeignPolicy):
         path = Path(self.file)
         if not self.file:
             raise ConfigError("policy: which file? Name it after the colon, as in sb3:model.zip")
-        if not is_file(path):
+        if not isfile(path):
             raise ConfigError(
                 f"policy {self.file[:200]}: there is no such file; name the one that its trainer"
                 " has saved"

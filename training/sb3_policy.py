@@ -11,6 +11,7 @@ from base64 import b64decode
 from contextlib import suppress
 from importlib import import_module
 from itertools import islice, pairwise, product
+from os.path import isfile
 from pathlib import Path
 from pickletools import genops
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -31,7 +32,6 @@ from training.foreign_file import (
     LARGEST_ZIP,
     check_file,
     check_zip,
-    is_file,
     read_members,
     reason,
 )
@@ -204,7 +204,7 @@ class SB3Policy(PolicyFile):
     @property
     def path(self) -> Path:
         """The file, with or without its ending."""
-        if self.file and not Path(self.file).suffix and is_file(Path(f"{self.file}.zip")):
+        if self.file and not Path(self.file).suffix and isfile(f"{self.file}.zip"):
             return Path(f"{self.file}.zip")
         return super().path
 

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar
 from swarm_forage_env.arrays import Array, Float32, Int64
 from training.candidate_rollouts import Architecture, CandidateRollouts
@@ -115,7 +116,6 @@ class Training(ABC):
     """Weights with the best score on the held-back seeds so far, named as in a policy file."""
 
     def __init__(self, experiment: Experiment) -> None:
-        """Nothing is trained yet; `_open` goes on from the checkpoint in the folder."""
         self._experiment = experiment
         self._file = experiment.out / CHECKPOINT
         self.curve: list[CurvePoint] = []
@@ -220,10 +220,24 @@ class Training(ABC):
 class NetworkTraining(Training):
     """A training of the network of one layer, which runs as a candidate of rollouts."""
 
-    _rollouts: CandidateRollouts
-    _architecture: Architecture
-    _sizes: Mapping[str, int]
-    """Sizes of the network, as on a card."""
+    def __init__(
+        self,
+        experiment: Experiment,
+        architecture: Architecture,
+        sizes: Mapping[str, int],
+        backend: Backend,
+    ) -> None:
+        """`sizes` are those of the network, as on a card."""
+        super().__init__(experiment)
+        self._architecture, self._sizes = architecture, sizes
+        self._rollouts = CandidateRollouts(
+            experiment.scenarios_by_name,
+            experiment.base_controller,
+            experiment.physics,
+            backend,
+            architecture,
+            experiment.device,
+        )
 
     @property
     @abstractmethod

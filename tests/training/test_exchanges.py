@@ -60,19 +60,19 @@ def test_the_error_and_the_share_of_a_network_are_of_the_area_that_was_told():
 
 @pytest.mark.parametrize("rows", [[], [2]])
 def test_where_an_oracle_gains_nothing_there_is_nothing_to_learn(rows):
-    found = Exchanges(*(each[rows] for each in three()._columns))
+    found = Exchanges(*(each[rows] for each in vars(three()).values()))
     with pytest.raises(ConfigError, match=f"'here': in {len(rows)} exchanges nobody who knew"):
         found.gain("here")
 
 
 def test_exchanges_are_joined_row_by_row_and_of_none_all_columns_are_empty():
     nothing = Exchanges.of([], 4)
-    assert [each.shape for each in nothing._columns] == [(0, 4), (0, 2), (0,), (0, 2), (0, 2)]
-    assert {each.dtype for each in nothing._columns} == {np.dtype(np.float32)}
+    assert [each.shape for each in vars(nothing).values()] == [(0, 4), (0, 2), (0,), (0, 2), (0, 2)]
+    assert {each.dtype for each in vars(nothing).values()} == {np.dtype(np.float32)}
     both = Exchanges.of([three(4), three(4)], 4)
     assert len(nothing) == 0
     assert len(both) == 6
-    for twice, once in zip(both._columns, three(4)._columns, strict=True):
+    for twice, once in zip(vars(both).values(), vars(three(4)).values(), strict=True):
         np.testing.assert_array_equal(twice, np.concatenate([once, once]))
 
 
@@ -82,7 +82,7 @@ def test_a_batch_is_1024_whole_rows_drawn_by_its_generator():
     assert len(batch) == BATCH_SIZE == 1024
     drawn = batch.observed[:, 0].astype(int)
     assert set(drawn.tolist()) == {0, 1, 2}
-    for some, every in zip(batch._columns, found._columns, strict=True):
+    for some, every in zip(vars(batch).values(), vars(found).values(), strict=True):
         np.testing.assert_array_equal(some, every[drawn])
     again = found.draw(torch.Generator().manual_seed(0))
     np.testing.assert_array_equal(again.observed, batch.observed)

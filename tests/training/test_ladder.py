@@ -394,7 +394,7 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(monkeypatch, rung
     job = Job(rung, read_algorithms()["sb3_ppo"], 4, 600)
     found = benchmark.make(job)
     told = {name: value for name, value in TINY.items() if name != "physics"}
-    tested = [(told, ("best", 4), [1000, 1001], by_chance) for by_chance in (False, True)]
+    tested = [(told, ("best", 4), range(1000, 1002), by_chance) for by_chance in (False, True)]
     assert played == [(told, 600, 4), *tested]
     assert (found.train_s, found.seed, found.robot_steps) == (9.0, 4, 600)
     assert (found.scores, found.scores_by_chance) == ([2.0], [1.5])

@@ -56,12 +56,10 @@ class Card(Parameters):
         ("learned-motion", "learned-both"), description="Bundled policies"
     )
     oracle: str = Field("no-error", description="What a normalised score of 1 is")
-    test: Keywords = Field(
-        default_factory=dict, description="Keywords of the test worlds that differ"
-    )
+    test: Keywords = Field({}, description="Keywords of the test worlds that differ")
     episodes: Count = Field(30, description="Test episodes")
     curve_episodes: Count = Field(4, description="Held-back episodes of an evaluation in training")
-    scores: Mapping[str, Score] = Field(default_factory=dict, description="Of all these")
+    scores: Mapping[str, Score] = Field({}, description="Of all these")
 
 
 @dataclass(frozen=True)
@@ -157,14 +155,10 @@ class Algorithm(Parameters):
     algorithm: str = Field("", description="Its name in the library; none: PPO")
     worlds: Count = Field(8, description="Worlds side by side (not BenchMARL)")
     settings: Keywords = Field(
-        default_factory=dict, description="Keywords of PPO, of BenchMARL's algorithm, or of cloning"
+        {}, description="Keywords of PPO, of BenchMARL's algorithm, or of cloning"
     )
-    experiment: Keywords = Field(
-        default_factory=dict, description="Settings of BenchMARL's experiment that differ"
-    )
-    keywords: Keywords = Field(
-        default_factory=dict, description="Of `parallel_env` in training that differ"
-    )
+    experiment: Keywords = Field({}, description="Settings of BenchMARL's experiment that differ")
+    keywords: Keywords = Field({}, description="Of `parallel_env` in training that differ")
     share: Positive = Field(1.0, description="Of a rung's robot-steps, for a slow one")
     rungs: tuple[str, ...] = Field((), description="Those that it is for; none: all")
 
