@@ -6,7 +6,6 @@ import socket
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from itertools import zip_longest
 from pathlib import Path
 from typing import IO
 
@@ -24,10 +23,7 @@ BEST_POLICY = "best.safetensors"
 
 RECORD = "record"  # key of the header in the metadata of the safetensors file
 
-ANY = -1  # any length in the shape of an array
-
 Identity = dict[str, str]
-Shapes = Mapping[str, tuple[int, ...]]
 
 
 class Header(Parameters):
@@ -66,13 +62,10 @@ def not_writable(folder: Path, error: OSError) -> ConfigError:
     return ConfigError(f"--out {folder}: cannot be written ({error.strerror}); name another folder")
 
 
-def read_checkpoint(
-    file: Path, identity: Identity, wanted: Shapes
-) -> tuple[list[CurvePoint], dict[str, Array]]:
+def read_checkpoint(file: Path, identity: Identity) -> tuple[list[CurvePoint], dict[str, Array]]:
     """Read the learning curve and the arrays of an experiment's checkpoint.
 
-    ConfigError if it is damaged, lacks an array of these names and shapes or is of another
-    experiment.
+    ConfigError if it is damaged or of another experiment.
     """
     from safetensors import SafetensorError, safe_open
 
@@ -92,13 +85,7 @@ def read_checkpoint(
                 f"--out {file.parent}: holds an experiment with {name} = {there}, not"
                 f" {here}; name another folder"
             )
-    for name, shape in wanted.items():
-        if name not in arrays:
-            raise unreadable(file, f"array '{name}' is missing: must be {shape}")
-        has = arrays[name].shape
-        if has != tuple(n if m == ANY else m for m, n in zip_longest(shape, has)):
-            raise unreadable(file, f"array '{name}' is {has}: must be {shape}")
-    return list(record.curve), {name: arrays[name] for name in wanted}
+    return list(record.curve), arrays
 
 
 def unreadable(file: Path, why: str) -> ConfigError:

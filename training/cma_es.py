@@ -18,11 +18,10 @@ from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.candidate_rollouts import Architecture
-from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
 from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
 from training.linear_motion_policy import LINEAR_MOTION
-from training.policy_file import LayerName, Policy, Shapes, load_policy
+from training.policy_file import LayerName, Policy, load_policy
 from training.training_loop import NetworkTraining, ProgressLogger, run
 
 INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
@@ -58,7 +57,6 @@ class CMAESTraining(NetworkTraining):
     packages = ("cmaes",)
 
     def __init__(self, experiment: Experiment, backend: Backend | None = None) -> None:
-        """Start a search, or resume it from the checkpoint in the experiment's folder."""
         (layer,) = experiment.layers
         sizes, start = initial_network(experiment, layer)
         backend = backend or JoblibBackend(experiment.workers)
@@ -111,15 +109,8 @@ class CMAESTraining(NetworkTraining):
     def _state(self) -> dict[str, Array]:
         return {"populations": self._populations, "losses": self._losses}
 
-    @property
-    def _wanted(self) -> Shapes:
-        of_any_length = {name: (ANY, *array.shape[1:]) for name, array in self._state.items()}
-        return {**super()._wanted, **of_any_length}
-
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         self._populations, self._losses = arrays["populations"], arrays["losses"]
-        if len(self._populations) != len(self._losses):
-            raise unreadable(self._file, "its arrays do not fit each other")
         for population, losses in zip(self._populations, self._losses, strict=True):
             self._tell(population, losses)
 

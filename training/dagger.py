@@ -118,7 +118,6 @@ class DAggerTraining(NetworkTraining):
     """A resumable DAgger training."""
 
     def __init__(self, experiment: Experiment) -> None:
-        """Start a training, or resume it from the checkpoint in the experiment's folder."""
         torch.manual_seed(experiment.seed)
         self._actor = actor = initial_actor(experiment)
         backend = JoblibBackend(experiment.workers)
@@ -191,7 +190,6 @@ class DAggerTraining(NetworkTraining):
 
     @property
     def _simulated_s(self) -> float:
-        """Simulated time of all rounds so far, summed over worlds [s]."""
         each = (self._n_worlds[k] * s.n_ticks * s.tick for k, s in self._scenarios.items())
         return self.done * sum(each)
 

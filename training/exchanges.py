@@ -98,7 +98,6 @@ class Exchanges:
     heard_error: Float32[Array, "rows 2"]  # true error of the estimate that it heard [m]
 
     def __len__(self) -> int:
-        """Number of rows."""
         return len(self.observed)
 
     @classmethod

@@ -91,7 +91,6 @@ class PPOTraining(Training):
     """A resumable PPO training."""
 
     def __init__(self, experiment: Experiment) -> None:
-        """Start a training, or resume it from the checkpoint in the experiment's folder."""
         super().__init__(experiment)
         torch.set_num_threads(1)  # quicker for networks this small
         torch.manual_seed(experiment.seed)

@@ -18,17 +18,25 @@ from itertools import cycle
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from training.actor_critic import ActorCritic, ActorCritics, RecurrentActorCritic, log_probs_of
-from training.clipped_adam import ClippedAdam
 from training.cuda_graphs import Repeated, in_tf32
 from training.tensor_vec_env import Step, TensorVecEnv
 
 CLIP_RANGE = 0.2
 """Clipping of the ratio of probabilities after and before: as stable-baselines3."""
+
+MAX_GRADIENT_NORM = 0.5
+"""Clipping of the gradient: as SB3."""
+
+EPSILON = 1e-5
+"""Of Adam's denominator: as SB3."""
+
+MOMENTS = ("exp_avg", "exp_avg_sq")
+"""Entries of Adam's state for each parameter, beside its number of steps."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +129,43 @@ class PPOHyperparameters:
     learning_rate: float = 7e-4
     rows_together: int = 1
     """Rows of a decision that share a minibatch: the robots of a world, for a network over them."""
+
+
+class ClippedAdam:
+    """Adam on networks of several policies, the gradient of each of which is clipped as a whole.
+
+    Numbers of a parameter are equal parts, one for each policy in turn. On a GPU its steps can be a
+    part of a graph.
+    """
+
+    def __init__(self, networks: nn.Module, n_policies: int, rate: float) -> None:
+        self._parameters, self._n_policies = list(networks.parameters()), n_policies
+        device = self._parameters[0].device
+        on_gpu = device.type == "cuda"
+        usable = torch.tensor(rate, device=device) if on_gpu else rate
+        self._adam = torch.optim.Adam(
+            self._parameters, usable, eps=EPSILON, fused=on_gpu or None, capturable=on_gpu
+        )
+        self.steps = [torch.zeros((), device=device) for _ in self._parameters]
+        """How many were taken, for each parameter."""
+        self.tensors: dict[str, Sequence[Tensor]] = {"policy": self._parameters}
+        """By name those for each parameter: itself, and its moments."""
+        for name in MOMENTS:
+            self.tensors[name] = [torch.zeros_like(each) for each in self._parameters]
+        columns = zip(self.steps, *self.tensors.values(), strict=True)
+        for step, parameter, *moments in columns:
+            named = dict(zip(MOMENTS, moments, strict=True))
+            self._adam.state[parameter] = {"step": step, **named}
+
+    def descend(self, outputs: Sequence[Tensor], along: Sequence[Tensor]) -> None:
+        """Take a step along gradients of losses by outputs of the networks."""
+        gradients = torch.autograd.grad(outputs, self._parameters, along)
+        of_policies = [each.reshape(self._n_policies, -1) for each in gradients]
+        norms = torch.cat(of_policies, 1).norm(dim=1, keepdim=True)
+        scale = torch.clamp(MAX_GRADIENT_NORM / (norms + 1e-6), max=1.0)
+        for parameter, gradient in zip(self._parameters, of_policies, strict=True):
+            parameter.grad = (gradient * scale).view_as(parameter)
+        self._adam.step()
 
 
 Losses = tuple[Tensor, ...]

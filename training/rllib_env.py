@@ -55,7 +55,6 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
     """One world; the keys of its `env_config` are those of `parallel_env` but `render_mode`."""
 
     def __init__(self, env_config: SingleEnvOptions | None = None) -> None:
-        """Make the world; `reset` starts its episodes."""
         super().__init__()
         self.options = dict(env_config or {})
         self._block = SwarmVectorEnv(self.options, 1)

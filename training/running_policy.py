@@ -83,7 +83,6 @@ class RunningForeignPolicy:
         steer: Steer,
         robots: Sequence[int],
     ) -> None:
-        """Prepare the policy; it has not acted yet."""
         self._world, self._inner, self._form, self._steer = world, inner, form, steer
         self._robots = np.array(robots)
         self.minds = inner.minds
@@ -178,11 +177,9 @@ class RunningForeignPolicy:
 
     def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions, and leave those of learners as they were."""
-        action, robots = self._world.robots["action"], self._robots
-        has_learners = not all(mask[:, robots].all() for mask in own.values())
-        before = action.copy() if has_learners else action
-        self._write(self._held, self._fields, robots)
-        if has_learners:
-            fields = {"weighting": "weight", "motion": self._form.task.commanded}
-            for layer, mask in own.items():
-                action[fields[layer]][~mask] = before[fields[layer]][~mask]
+        action = self._world.robots["action"]
+        before = action.copy()
+        self._write(self._held, self._fields, self._robots)
+        fields = {"weighting": "weight", "motion": self._form.task.commanded}
+        for layer, mask in own.items():
+            action[fields[layer]][~mask] = before[fields[layer]][~mask]

@@ -20,7 +20,6 @@ from baselines.evaluation.common_options import (
     ThreadsOption,
     controller_names,
     find_backend,
-    path,
 )
 from baselines.evaluation.console import progress_bar, say, so_many
 from swarm_forage_env.errors import ConfigError
@@ -31,24 +30,20 @@ if TYPE_CHECKING:
     from training.policy_file import Interval
 
 
-ON_GPU = "ppo on a GPU"
-"""PPO of motion or both there."""
-
-BUDGET = {
-    "cma": 100, "imitation": 10, "ppo": 6_000_000, "ppo of everything": 200_000_000,
-    ON_GPU: 500_000_000,
-}  # fmt: skip
-EVERY = {
-    "cma": 5, "imitation": 2, "ppo": 1_500_000, "ppo of everything": 20_000_000,
-    ON_GPU: 250_000_000,
-}  # fmt: skip
-WORLDS = {"cma": 8, "imitation": 24, "ppo": 8, "ppo of everything": 64, ON_GPU: 2048}
+USUAL = {
+    "cma": (100, 5, 8),
+    "imitation": (10, 2, 24),
+    "ppo": (6_000_000, 1_500_000, 8),
+    "ppo of everything": (200_000_000, 20_000_000, 64),
+    "ppo on a GPU": (500_000_000, 250_000_000, 2048),  # of motion or both
+}
+"""How long, how long between two evaluations, and worlds."""
 
 
-def _option(text: str, default: str | dict[str, int]) -> object:
-    """An option whose default depends on others, and is described in words."""
-    if not isinstance(default, str):
-        default = ", ".join(f"{algorithm}: {number}" for algorithm, number in default.items())
+def _option(text: str, default: str | int) -> object:
+    """An option whose default depends on others: in words, or that column of `USUAL`."""
+    if isinstance(default, int):
+        default = ", ".join(f"{kind}: {numbers[default]}" for kind, numbers in USUAL.items())
     return Option(help=text, show_default=default)
 
 
@@ -87,8 +82,7 @@ def train(  # noqa: PLR0913 the options of a command
     seed: Annotated[int, Option(help="Of the training; the worlds follow from it.")] = 0,
     out: Annotated[
         Path | None,
-        Option(
-            parser=path,
+        FileOption(
             help="Folder of policy, checkpoint and curves.",
             show_default="runs/train-<layer>-<algorithm>",
         ),
@@ -96,18 +90,18 @@ def train(  # noqa: PLR0913 the options of a command
     workers: Annotated[int, Option(help="Processes to run worlds in; for ppo, threads.")] = 2,
     budget: Annotated[
         int | None,
-        _option("How long: generations (cma), rounds (imitation) or robot steps (ppo).", BUDGET),
+        _option("How long: generations (cma), rounds (imitation) or robot steps (ppo).", 0),
     ] = None,
     every: Annotated[
         int | None,
-        _option("Evaluate on held-back seeds so often: generations, rounds or steps.", EVERY),
+        _option("Evaluate on held-back seeds so often: generations, rounds or steps.", 1),
     ] = None,
     worlds: Annotated[
         int | None,
         _option(
             "Parallel worlds: for each candidate in each scenario (cma), or of the smallest swarm"
             " (imitation, ppo).",
-            WORLDS,
+            2,
         ),
     ] = None,
     held_back: Annotated[
@@ -140,24 +134,27 @@ def train(  # noqa: PLR0913 the options of a command
     cma and ppo train on with a larger --budget. Watch it with: tensorboard --logdir runs
     """
     from baselines.evaluation.experiment_config import parse_settings
+    from training.checkpoint import lock_folder
     from training.experiment import Experiment
 
     algorithm = algorithm or ("cma" if layer == "weighting" else "ppo")
     if controller and layer == "everything":
         raise ConfigError(f"--controller={controller}: runs the other layers; there are none")
     own = f"{algorithm} of {layer}"
-    kind = own if own in BUDGET else algorithm
+    kind = own if own in USUAL else algorithm
     if (device, algorithm) == ("cuda", "ppo") and layer in ("motion", "both"):
-        kind = ON_GPU
+        kind = "ppo on a GPU"
+    lengths = zip((budget, every, worlds), USUAL[kind], strict=True)
+    budget, every, worlds = (usual if given is None else given for given, usual in lengths)
     experiment = Experiment(
         layer=layer,
         scenarios=tuple(scenarios),
         algorithm=algorithm,
         out=out or Path("runs") / f"train-{layer}-{algorithm}",
         seed=seed,
-        budget=BUDGET[kind] if budget is None else budget,
-        every=EVERY[kind] if every is None else every,
-        worlds=WORLDS[kind] if worlds is None else worlds,
+        budget=budget,
+        every=every,
+        worlds=worlds,
         held_back=held_back,
         population=population,
         settings=parse_settings(settings or []),
@@ -166,8 +163,6 @@ def train(  # noqa: PLR0913 the options of a command
         workers=workers,
         device=device,
     )
-    from training.checkpoint import lock_folder
-
     if backend != "joblib" and device != "cpu":
         raise ConfigError(f"--backend={backend}: runs worlds on CPUs; leave out --device={device}")
     experiment.check()

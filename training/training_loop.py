@@ -19,6 +19,7 @@ from training.checkpoint import (
     CHECKPOINT,
     mean_with_interval,
     read_checkpoint,
+    unreadable,
     write_checkpoint,
 )
 from training.experiment import Experiment, versions
@@ -27,7 +28,6 @@ from training.policy_file import (
     Card,
     CurvePoint,
     Interval,
-    Shapes,
     TrainingRecord,
     Weights,
     arrays_under,
@@ -176,28 +176,22 @@ class Training(ABC):
     def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
         """Round trips of the present policy in each held-back world, by scenario."""
 
-    @property
-    def _arrays(self) -> dict[str, Array]:
-        """All arrays of a checkpoint."""
-        return self._state | {BEST + name: array for name, array in self._best.items()}
-
-    @property
-    def _wanted(self) -> Shapes:
-        return {name: array.shape for name, array in self._arrays.items()}
-
     def _open(self) -> None:
         """Resume from the checkpoint, or write the first one; ConfigError for another's."""
         self._best = self._weights
         if self._file.exists():
-            identity = self._experiment.identity
-            self.curve, arrays = read_checkpoint(self._file, identity, self._wanted)
-            self._restore(arrays)
+            self.curve, arrays = read_checkpoint(self._file, self._experiment.identity)
+            try:
+                self._restore(arrays)
+            except (AssertionError, KeyError, RuntimeError, ValueError) as error:
+                raise unreadable(self._file, f"its arrays do not fit: {error}") from None
             self._best = arrays_under(BEST, arrays)
         else:
             self._save()
 
     def _save(self) -> None:
-        write_checkpoint(self._file, self._experiment.identity, self.curve, self._arrays)
+        arrays = self._state | {BEST + name: array for name, array in self._best.items()}
+        write_checkpoint(self._file, self._experiment.identity, self.curve, arrays)
 
     @abstractmethod
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
