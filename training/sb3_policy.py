@@ -18,7 +18,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete
-from pydantic import BaseModel, BeforeValidator, Field, JsonValue, ValidationError, field_validator
+from pydantic import (
+    AliasPath,
+    BaseModel,
+    BeforeValidator,
+    Field,
+    JsonValue,
+    ValidationError,
+    field_validator,
+)
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.pilot import Pilot
@@ -80,38 +88,26 @@ class ActionSpace(Space, frozen=True):
     high: Bounds = ()
 
 
-class Pickled(BaseModel, frozen=True):
-    """An array, which the JSON holds as a pickle."""
+class SavedModel(BaseModel, frozen=True):
+    """The description of a model in the JSON of a zip."""
 
-    content: str = Field("", alias=":serialized:")
+    module: str = Field("", validation_alias=AliasPath("policy_class", "__module__"))
+    init: str = Field("", validation_alias=AliasPath("policy_class", "__init__"))
+    policy_kwargs: Annotated[dict[str, JsonValue], Field(max_length=50)]
+    observation_space: Space = Space()
+    action_space: ActionSpace = ActionSpace()
+    last_observed: str = Field("", validation_alias=AliasPath("_last_obs", ":serialized:"))
+    use_sde: bool = False
 
     @property
-    def numbers(self) -> Array:
-        """Its numbers of single precision, row by row, without unpickling; none in another form."""
+    def last_numbers(self) -> Array:
+        """The last observations, row by row, without unpickling; none but in single precision."""
         with suppress(ValueError):
-            parts = [each for _, each, _ in islice(genops(b64decode(self.content)), 60)]
+            parts = [each for _, each, _ in islice(genops(b64decode(self.last_observed)), 60)]
             if "f4" in parts and "C" in parts:
                 content = next((each for each in parts if isinstance(each, bytes | bytearray)), b"")
                 return np.frombuffer(content, np.float32)
         return np.zeros(0, np.float32)
-
-
-class PolicyClass(BaseModel, frozen=True):
-    """A class, as the JSON describes it beside its pickle."""
-
-    module: str = Field("", alias="__module__")
-    init: str = Field("", alias="__init__")
-
-
-class SavedModel(BaseModel, frozen=True):
-    """The description of a model in the JSON of a zip."""
-
-    policy_class: PolicyClass
-    policy_kwargs: Annotated[dict[str, JsonValue], Field(max_length=50)]
-    observation_space: Space = Space()
-    action_space: ActionSpace = ActionSpace()
-    last_observed: Pickled | None = Field(None, alias="_last_obs")
-    use_sde: bool = False
 
 
 class Network(Parameters):
@@ -291,22 +287,21 @@ class SB3Policy(PolicyFile):
 
         ConfigError where a pickle holds them, and for more weights than a file has bytes for.
         """
-        named, kwargs = saved.policy_class, saved.policy_kwargs
-        name = KNOWN.get(named.module, "")
-        keywords = {key: value for key, value in kwargs.items() if key not in NO_MATTER}
+        name, given = KNOWN.get(saved.module, ""), saved.policy_kwargs
+        keywords = {key: value for key, value in given.items() if key not in NO_MATTER}
         pickled = [
             text
             for text in keywords.values()
             if isinstance(text, str) and text.startswith("<") and not ACTIVATION.fullmatch(text)
         ]
-        is_known = bool(name) and f"{name}.__init__ " in named.init
+        is_known = bool(name) and f"{name}.__init__ " in saved.init
         if not is_known or pickled:
             what = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
                 f"policy {self.file}: its {what} can only be had by unpickling, which runs whatever"
                 f" code is in the file; where you trust it: sb3:{self.file},trust=true"
             )
-        kind = RecurrentNetwork if named.module == RECURRENT else Network
+        kind = RecurrentNetwork if saved.module == RECURRENT else Network
         try:
             network = kind.model_validate(keywords)
         except ValidationError as error:
@@ -318,7 +313,7 @@ class SB3Policy(PolicyFile):
                 f"policy {self.file}: its weights do not fit: policy_kwargs ask for"
                 f" {n_weights:.3g} of them at least, in {n_bytes} bytes"
             )
-        return vars(import_module(named.module))[name], network.model_dump(exclude_unset=True)
+        return vars(import_module(saved.module))[name], network.model_dump(exclude_unset=True)
 
 
 def _dense(model: "BasePolicy") -> DenseNetwork | None:
@@ -424,7 +419,7 @@ def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
     layout, size = form.observer.layout, 1.0 if form.config.normalise else np.inf
     n = min((first for first, _ in form.observer.features), default=len(layout))
     low = np.array([0.0 if each.low >= 0.0 else -size for each in layout[:n]])
-    seen = saved.last_observed.numbers if saved.last_observed else np.zeros(0, np.float32)
+    seen = saved.last_numbers
     rows = seen[: len(seen) // len(layout) * len(layout)].reshape(-1, len(layout))[:, :n]
     for row, k in np.argwhere((rows < low) | (rows > size))[:1]:
         other = f"observed {layout[k].name}={rows[row, k]:.3g} in training; here it is"
