@@ -1,9 +1,5 @@
 """The named learned controllers, as `learned-weighting:policy=runs/x/best.safetensors`.
 
-The other layers are those of `dsgiff-frequent` for a learned weighting, of `ssgiff` for a
-learned motion, and of `dsgiff-penalised` for both; a weighting that was trained among liars runs
-over `reputation_odometry`.
-
 Policies of other trainers are named by kind and file, as `sb3:model.zip`; their other layers are
 those that they were trained beside.
 """

@@ -96,19 +96,6 @@ class WeightingActor:
         return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * asked
 
 
-def initial_actor(experiment: Experiment) -> WeightingActor:
-    """The network to train: the controller's own if it is a learned one, else a new one."""
-    layout = observation_layout("weighting", next(iter(experiment.scenarios_by_name.values())))
-    architecture = network_over(experiment.base_controller.estimator)
-    policy = experiment.policy_of("weighting")
-    hidden = HIDDEN if policy is None else policy.card.layers["weighting"].sizes["hidden"]
-    actor = WeightingActor(layout, hidden, architecture)
-    if policy is not None:
-        shapes = architecture.shapes(actor.sizes)
-        actor.load_numpy(unflatten(architecture.numbers_of(policy), shapes))
-    return actor
-
-
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run or resume an experiment with DAgger, and return the best policy."""
     return load_policy(run(DAggerTraining(experiment), experiment, "round", say))
@@ -119,10 +106,17 @@ class DAggerTraining(NetworkTraining):
 
     def __init__(self, experiment: Experiment) -> None:
         torch.manual_seed(experiment.seed)
-        self._actor = actor = initial_actor(experiment)
-        backend = JoblibBackend(experiment.workers)
-        super().__init__(experiment, actor.architecture, actor.sizes, backend)
         self._scenarios = experiment.scenarios_by_name
+        layout = observation_layout("weighting", next(iter(self._scenarios.values())))
+        architecture = network_over(experiment.base_controller.estimator)
+        policy = experiment.policy_of("weighting")  # the controller's own, if it is a learned one
+        hidden = HIDDEN if policy is None else policy.card.layers["weighting"].sizes["hidden"]
+        self._actor = actor = WeightingActor(layout, hidden, architecture)
+        if policy is not None:
+            numbers = architecture.numbers_of(policy)
+            actor.load_numpy(unflatten(numbers, architecture.shapes(actor.sizes)))
+        backend = JoblibBackend(experiment.workers)
+        super().__init__(experiment, architecture, actor.sizes, backend)
         self._n_worlds = worlds_per_scenario(experiment)
         self._rounds = 0
         self._open()

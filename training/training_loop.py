@@ -60,15 +60,20 @@ def write_event(file: Path, **fields: object) -> None:
 class ProgressLogger:
     """Logs training steps and evaluations; a context manager."""
 
-    def __init__(self, out: Path, unit: str, say: Callable[[str], None]) -> None:
-        """Log TensorBoard curves to `out`; a progress bar is drawn if stderr is a terminal."""
-        self._unit = unit
-        self._say = say
+    def __init__(
+        self, out: Path, unit: str, say: Callable[[str], None], budget: int = 0, done: int = 0
+    ) -> None:
+        """Log TensorBoard curves to `out`; a progress bar is drawn if stderr is a terminal.
+
+        `done` of `budget` steps were found in the checkpoint.
+        """
+        self._unit, self._say = unit, say
         name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
         self._events = out / FOLDER / name
         write_event(self._events, file_version="brain.Event:2")
         self._progress = progress_bar(f"{unit}s")
-        self._bar = self._progress.add_task("", total=None)
+        self._bar = self._progress.add_task("", total=budget, completed=done)
+        say(f"{done} of {budget} {unit}s found, {max(0, budget - done)} to run")
 
     def __enter__(self) -> "ProgressLogger":
         self._progress.start()
@@ -76,11 +81,6 @@ class ProgressLogger:
 
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
-
-    def start(self, budget: int, done: int) -> None:
-        """Set the total number of steps, and the number found in the checkpoint."""
-        self._say(f"{done} of {budget} {self._unit}s found, {max(0, budget - done)} to run")
-        self._progress.update(self._bar, total=budget, completed=done)
 
     def log_scalars(self, step: int, values: Mapping[str, float]) -> None:
         """Log the scalars of one step; those under `speed/` are also shown beside the bar."""
@@ -260,8 +260,7 @@ class NetworkTraining(Training):
 
 def run(training: Training, experiment: Experiment, step: str, say: Callable[[str], None]) -> Path:
     """Run or resume a training until its budget is spent; return the file of the best policy."""
-    with ProgressLogger(experiment.out, step, say) as progress:
-        progress.start(experiment.budget, training.done)
+    with ProgressLogger(experiment.out, step, say, experiment.budget, training.done) as progress:
         _evaluate_if_due(training, experiment, progress)
         while training.done < experiment.budget:
             if line := training.advance(progress):

@@ -125,7 +125,6 @@ def test_tensorboard_reads_the_curves(tmp_path):
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
     with ProgressLogger(tmp_path, "round", lambda _: None) as progress:
-        progress.start(10, 0)
         progress.log_scalars(2, {"loss": 0.25, "speed/worlds a second": 4.0})
         progress.log_evaluation(POINT)
     curves = EventAccumulator(str(tmp_path / FOLDER)).Reload()
@@ -154,7 +153,7 @@ def test_a_full_disk_is_an_error_of_the_training_that_names_the_file(tmp_path, f
 def test_a_folder_is_made_with_those_above_it_and_more_steps_than_asked_leave_none(tmp_path):
     said = []
     out = tmp_path / "a" / "b"
-    with ProgressLogger(out, "round", said.append) as progress:
-        progress.start(10, 12)
+    with ProgressLogger(out, "round", said.append, 10, 12):
+        pass
     assert said == ["12 of 10 rounds found, 0 to run"]
     assert len(list((out / FOLDER).iterdir())) == 1
