@@ -62,10 +62,7 @@ class CandidateRollouts:
     device: str = "cpu"  # where worlds run: "cpu" or "cuda"
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
-        """Compile every kernel once, so that worker processes find them in the cache.
-
-        ConfigError for a controller or an engine that does not run on the device.
-        """
+        """Compile every kernel once; ConfigError for what does not run on the device."""
         for scenario in self.scenarios.values():
             compile_episodes(scenario, self._with(network), self.physics, self.device)
 

@@ -63,10 +63,7 @@ def not_writable(folder: Path, error: OSError) -> ConfigError:
 
 
 def read_checkpoint(file: Path, identity: Identity) -> tuple[list[CurvePoint], dict[str, Array]]:
-    """Read the learning curve and the arrays of an experiment's checkpoint.
-
-    ConfigError if it is damaged or of another experiment.
-    """
+    """Learning curve and arrays; ConfigError if damaged or of another experiment."""
     from safetensors import SafetensorError, safe_open
 
     try:

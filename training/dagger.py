@@ -48,10 +48,7 @@ class WeightingActor:
         hidden: int = HIDDEN,
         architecture: WeightingNetwork = EXCHANGE_NETWORK,
     ) -> None:
-        """Make a network for observations of this layout, with `hidden` hidden units.
-
-        The weights of the hidden units are orthogonal; all others are zero.
-        """
+        """The weights of the hidden units are orthogonal, all others zero."""
         self.architecture, self.sizes = architecture, {"hidden": hidden}
         shapes = architecture.shapes(self.sizes)
         self.arrays = {name: torch.zeros(shape) for name, shape in shapes.items()}

@@ -73,12 +73,7 @@ def error_of_copying(g: Tensor, heard: Tensor) -> Tensor:
 
 
 def error_reduction(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
-    """How much smaller the squared error of an estimate is after an exchange with weight g [m2].
-
-        |e_i|^2 - |(1 - g) e_i + g e_j|^2,   both at most `MAX_SQUARED_ERROR`
-
-    e_i, e_j are the true errors of the own and of the heard estimate of the area [m].
-    """
+    """How much smaller `squared_error` is after an exchange with weight g than before [m2]."""
     return squared_error(torch.zeros_like(g), own, heard) - squared_error(g, own, heard)
 
 
@@ -236,7 +231,7 @@ class ErrorRewardVecEnv(TensorVecEnv):
             [_error_reduction_in(*each) for each in zip(self.blocks, g, strict=True)]
         )
         rewards = torch.where(self.acts, reduced.to(self.device) / REWARD_UNIT, 0.0)
-        return replace(super().step(actions), rewards=rewards)
+        return super().step(actions)._replace(rewards=rewards)
 
 
 def _error_reduction_in(block: ArrayEnv, g: Tensor) -> Tensor:

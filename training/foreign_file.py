@@ -62,10 +62,7 @@ def read_file(file: Path, what: str, largest: int = LARGEST) -> bytes:
 
 
 def read_members(file: Path, largest: Mapping[str, int]) -> list[bytes]:
-    """Read members of a zip, which have at most the bytes given by name.
-
-    ValueError if it is no zip, or lacks a member, or one is larger or damaged.
-    """
+    """Members of a zip, of at most these bytes; ValueError if one is missing, larger or damaged."""
     try:
         with zipfile.ZipFile(file) as archive:
             return [_member(archive, name, bound) for name, bound in largest.items()]

@@ -53,10 +53,7 @@ class Steer:
         return self._usable(actions)
 
     def _usable(self, output: object) -> Rows:
-        """Actions of the layers, clipped to their bounds.
-
-        ConfigError for NaN and infinity, and for all else that the action space lacks.
-        """
+        """Actions of the layers, clipped; ConfigError for NaN and what else the space lacks."""
         array = as_array(output, f"policy {self._source}: gives no array of actions")
         space, is_finite = self._space, array.dtype.kind == "f" and np.isfinite(array).all()
         if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:

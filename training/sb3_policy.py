@@ -162,10 +162,7 @@ class RecurrentNetwork(Network):
 
 
 def read_zip(file: Path) -> tuple[SavedModel, bytes, bytes]:
-    """The description of a model in its zip, the same as JSON, and the weights as bytes.
-
-    ConfigError for another file.
-    """
+    """The description of a model in its zip, the same as JSON, and its weights as bytes."""
     check_file(file, "policy", LARGEST_ZIP)
     try:
         data, weights = read_members(file, {"data": LARGEST_TELLING, "policy.pth": LARGEST})
@@ -366,10 +363,7 @@ def _drawn(
 
 
 def _load(file: str, model: "BasePolicy", content: bytes) -> None:
-    """Load the weights of a policy by torch's loader of weights.
-
-    ConfigError for what it does not take, other weights than the policy has, NaN and infinity.
-    """
+    """Load weights; ConfigError for others than the policy has, for a pickle, NaN and infinity."""
     import torch
 
     try:

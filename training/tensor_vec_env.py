@@ -5,9 +5,9 @@ Tensors share the memory of the worlds' arrays, except in numba's simulator.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import torch
@@ -23,8 +23,7 @@ from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.worlds_on_cpu import Device, PlacedArray, checked_device
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """The result of a decision of all rows."""
 
     observations: Tensor
@@ -153,10 +152,7 @@ class TensorVecEnv:
         return _rows(observations)
 
     def step(self, actions: Tensor) -> Step:
-        """One decision of all rows; ConfigError for an action that is out of bounds.
-
-        On a GPU `check` raises it.
-        """
+        """One decision of all rows; ConfigError, on a GPU by `check`, for actions out of bounds."""
         begin = time.perf_counter()
         if self.is_one_launch:
             self.count()
@@ -176,8 +172,7 @@ class TensorVecEnv:
         """The GPU's part of it: on tensors that stay, without a number that the CPU waits for."""
         shares = torch.split(actions, self._n_rows)
         steps = [each.launch(share) for each, share in zip(self._standing, shares, strict=True)]
-        columns = ([getattr(each, name.name) for each in steps] for name in fields(Step))
-        return Step(*map(torch.cat, columns))
+        return Step(*map(torch.cat, zip(*steps, strict=True)))
 
     def check(self) -> None:
         """ConfigError for an action on a GPU that was refused since the last time: waits for it."""
@@ -236,10 +231,7 @@ def torch_device(device: str) -> torch.device:
 
 
 def worlds_on(device: torch.device | str) -> Device:
-    """Where worlds run whose tensors are on a device of torch: "cuda" or "cpu".
-
-    ConfigError for a second GPU.
-    """
+    """Where worlds run whose tensors are on a device of torch; ConfigError for a second GPU."""
     wanted = torch.device(device)
     if wanted.type != "cuda":
         return "cpu"

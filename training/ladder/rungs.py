@@ -98,10 +98,7 @@ class Rung:
         return list(dict.fromkeys((*card.controllers, *card.also, card.oracle)))
 
     def normalised(self, score: float) -> float:
-        """A score as a share of the way from random actions to the oracle.
-
-        ConfigError if the card does not say what those score.
-        """
+        """A score as a share of the way from random actions to the oracle; ConfigError without."""
         scores = self.card.scores
         if RANDOM not in scores or self.card.oracle not in scores:
             raise ConfigError(f"rung '{self.name}': no scores; run swarm-forage benchmark cards")

@@ -128,10 +128,7 @@ def find(job: Job, runs: Sequence[Run]) -> Run | None:
 def current(
     runs: Sequence[Run], rungs: Sequence[Rung], algorithms: Sequence[Algorithm]
 ) -> list[Run]:
-    """The runs of these rungs and algorithms, of any length, as they are configured now.
-
-    Of two of a seed it is the longer one.
-    """
+    """The runs of these rungs and algorithms as they are configured now, the longest of a seed."""
     counted: list[Run] = []
     for rung, algorithm in product(rungs, algorithms):
         wanted = (rung.name, algorithm.name, Job(rung, algorithm, 0).key)
