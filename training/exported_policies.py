@@ -23,7 +23,7 @@ from swarm_forage_env.errors import ConfigError
 from training.foreign_file import check_file, check_zip, reason
 from training.policy import PolicyFile, Started, StateSize, imported, module_file, started_function
 from training.policy_card import PolicyCard
-from training.policy_file import missing_package
+from training.policy_file import needed_by
 
 
 class _Exported(PolicyFile):
@@ -81,10 +81,8 @@ class OnnxPolicy(_Exported):
     def _opened(self) -> Callable[[Array], Array]:
         path = self.path
         check_file(path, "policy")
-        try:
+        with needed_by(f"policy {self.file}"):
             import onnxruntime
-        except ModuleNotFoundError as error:
-            raise missing_package(f"policy {self.file}", error) from None
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 4  # it tells everything twice

@@ -7,11 +7,11 @@ Nothing is unpickled. A policy that does not fit a scenario is refused before it
 """
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -230,7 +230,8 @@ def write_card(file: Path, card: Parameters) -> None:
 
 def packed_weights(file: Path, weights: Weights) -> tuple[bytes, str]:
     """The content of a file of weights, and its SHA-256 hash; ConfigError for NaN and infinity."""
-    save = _safetensors(file).numpy.save
+    with needed_by(f"policy {file}"):
+        from safetensors.numpy import save
     check_weights(weights, str(file))
     content: bytes = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
     return content, hashlib.sha256(content).hexdigest()
@@ -238,11 +239,13 @@ def packed_weights(file: Path, weights: Weights) -> tuple[bytes, str]:
 
 def read_weights(file: Path) -> tuple[Weights, str]:
     """The arrays of a file of weights, and its SHA-256 hash; ConfigError for a damaged one."""
-    safetensors = _safetensors(file)
+    with needed_by(f"policy {file}"):
+        from safetensors import SafetensorError
+        from safetensors.numpy import load
     content = read_file(file, "policy")
     try:
-        weights: Weights = safetensors.numpy.load(content)
-    except (safetensors.SafetensorError, KeyError, ValueError) as error:
+        weights: Weights = load(content)
+    except (SafetensorError, KeyError, ValueError) as error:
         raise ConfigError(f"policy {file}: not a safetensors file ({reason(error)})") from None
     check_weights(weights, str(file))
     return weights, hashlib.sha256(content).hexdigest()
@@ -290,19 +293,14 @@ def check_weights(weights: Mapping[str, Array], where: str) -> None:
             raise ConfigError(f"policy {where}: array '{name}' holds NaN or infinity")
 
 
-def _safetensors(file: Path) -> ModuleType:
-    """The package that reads and writes weights; the error without it tells what to install."""
+@contextmanager
+def needed_by(what: str) -> Iterator[None]:
+    """An import within fails with what needs the package, and what installs it."""
     try:
-        import safetensors.numpy
+        yield
     except ModuleNotFoundError as error:
-        raise missing_package(f"policy {file}", error) from None
-    return safetensors
-
-
-def missing_package(what: str, error: ModuleNotFoundError) -> ModuleNotFoundError:
-    """The error of something that needs a package, with what installs it."""
-    text = f"{what}: needs '{error.name}': {remedy(error.name)}"
-    return ModuleNotFoundError(text, name=error.name)
+        text = f"{what}: needs '{error.name}': {remedy(error.name)}"
+        raise ModuleNotFoundError(text, name=error.name) from None
 
 
 def _names(layout: Layout) -> tuple[FeatureName, ...]:

@@ -1,7 +1,6 @@
 """The running policy of another trainer, which acts between `observe` and `decide`."""
 
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -140,7 +139,7 @@ class RunningForeignPolicy:
             "held": self._held.copy(),
             "streams": self._streams.copy(),
             "states": self._states.copy(),
-            "own": deepcopy(self._own),
+            "own": self._own,
             "rest": self._inner.snapshot(),
         }
 
@@ -150,7 +149,7 @@ class RunningForeignPolicy:
         self._held[...] = kept["held"]
         self._streams[...] = kept["streams"]
         self._states[...] = kept["states"]
-        self._own = deepcopy(kept["own"])
+        self._own = kept["own"]
         self._inner.restore(kept["rest"])
 
     def _take_over(self) -> dict[str, Bool[Array, "worlds robots"]]:
