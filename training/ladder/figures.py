@@ -18,7 +18,7 @@ from baselines.evaluation.figure_page import (
 from baselines.evaluation.line_plots import Means, draw_band
 from baselines.evaluation.plot_style import FAINT, PALETTE, SeriesStyle, nth_style
 from baselines.evaluation.statistics import performance_profile
-from training.ladder.rungs import RANDOM, Rung, read_algorithms, title_of
+from training.ladder.rungs import Rung, read_algorithms, title_of
 from training.ladder.runs import Run, by_algorithm, iqm, score_word, strata_of
 
 MILLION, MINUTE = 1e6, 60.0
@@ -102,8 +102,7 @@ def _curve(runs: Sequence[Run], over: Over) -> Means:
 def _draw_references(axes: Axes, rung: Rung, is_named: bool) -> None:
     """Draw a thin grey line for each score of the card, named at its right end if `is_named`."""
     top = axes.get_ylim()[1]
-    wanted = (RANDOM, *rung.references)
-    scores = {name: rung.card.scores[name].mean for name in wanted if name in rung.card.scores}
+    scores = {name: score.mean for name, score in rung.scores.items()}
     at = -1.0
     for name, score in sorted(scores.items(), key=lambda each: each[1]):
         axes.axhline(score, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)

@@ -42,7 +42,7 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     text = (files("training.ladder") / "page.md").read_text("utf-8")
     return Template(text).substitute(
         command=command,
-        cards=cards_table(rungs, {run.rung for run in runs}),
+        cards=_cards(rungs, {run.rung for run in runs}),
         rungs="\n\n".join(_rung(rung, own) for rung, own in by_rung(rungs, runs)),
         together=_together(rungs, runs),
         defaults=_defaults(rungs, runs),
@@ -50,15 +50,14 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     )
 
 
-def cards_table(rungs: Sequence[Rung], with_runs: Collection[str]) -> str:
+def _cards(rungs: Sequence[Rung], with_runs: Collection[str]) -> str:
     """The cards, a line each; of a rung with runs, with a link to what was learned there."""
     heads = ("rung", "name", "robots learn", "tested in", "random", "hand-written", "oracle")
     return markdown(heads, [_card(rung, rung.name in with_runs) for rung in rungs])
 
 
 def _card(rung: Rung, has_runs: bool) -> tuple[str, ...]:
-    card = rung.card
-    scenario = rung.test_scenario
+    card, scenario = rung.card, rung.test_scenario
     return (
         str(card.rung),
         f"[`{rung.name}`](#{rung.name})" if has_runs else f"`{rung.name}`",
@@ -73,7 +72,7 @@ def _card(rung: Rung, has_runs: bool) -> tuple[str, ...]:
 def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     card = rung.card
     parts = [f"### {rung.name}", f"**{card.title}.** {card.hard}"]
-    lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
+    lines = [_reference(rung, name, score) for name, score in rung.scores.items()]
     best_first = sorted(by_algorithm(runs).values(), key=lambda own: -_score_of(own).value)
     lines += [_learned(rung, own) for own in best_first]
     heads = (
@@ -85,8 +84,7 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     return "\n\n".join(parts)
 
 
-def _reference(rung: Rung, name: str) -> tuple[str, ...]:
-    score = rung.card.scores[name]
+def _reference(rung: Rung, name: str, score: Score) -> tuple[str, ...]:
     n = f"{score.episodes} episodes"
     label = name if name == RANDOM else f"`{name}`"
     return label, shown(score), f"{rung.normalised(score.mean):.2f}", "", "", n, "", ""
@@ -140,8 +138,7 @@ def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
         card = rung.card
         parts.append(Text(f"{card.rung} {rung.name}", style="bold").append(f"  {card.title}"))
         parts.append(Text(textwrap.fill(card.hard, 78)))
-        named = [name for name in (RANDOM, *rung.references) if name in card.scores]
-        listed = ", ".join(f"{name} {card.scores[name].mean:.1f}" for name in named)
+        listed = ", ".join(f"{name} {score.mean:.1f}" for name, score in rung.scores.items())
         parts += [Text(listed or "no scores yet: swarm-forage benchmark cards"), Text()]
     table = Table(box=None, padding=(0, 2, 0, 0))
     for heading in ("algorithm", "", "trained by"):
@@ -222,7 +219,7 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
 
 def best_shown(rung: Rung) -> str:
     """The best of the hand-written controllers that have a score, and the score."""
-    scores = {k: rung.card.scores[k] for k in rung.card.controllers if k in rung.card.scores}
+    scores = {name: rung.scores[name] for name in rung.card.controllers if name in rung.scores}
     if not scores:
         return MISSING
     best = max(scores, key=lambda name: scores[name].mean)

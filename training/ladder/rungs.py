@@ -97,6 +97,12 @@ class Rung:
         card = self.card
         return list(dict.fromkeys((*card.controllers, *card.also, card.oracle)))
 
+    @property
+    def scores(self) -> dict[str, Score]:
+        """The scores that its card has, of random actions and then of the references."""
+        names = (RANDOM, *self.references)
+        return {name: self.card.scores[name] for name in names if name in self.card.scores}
+
     def normalised(self, score: float) -> float:
         """A score as a share of the way from random actions to the oracle; ConfigError without."""
         scores = self.card.scores
