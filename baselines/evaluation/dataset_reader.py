@@ -25,6 +25,7 @@ from baselines.evaluation.dataset import (
 )
 from baselines.evaluation.episode import AnyEpisode
 from baselines.evaluation.experiment_config import (
+    IDENTITY,
     ExperimentConfig,
     changed_parameters,
     changed_settings,
@@ -43,19 +44,20 @@ class EpisodeGroup:
     """The episodes of one configuration as read from a dataset, ordered by seed."""
 
     scenario: str
-    controller: str
-    """Its name, without its parameters."""
-    physics: str
-    code: str
-    settings: str
+    controller: str  # its name, without its parameters
+    asked: str  # the controller as the user named it, with parameters, if so
+    episodes: tuple[Any, ...]  # all of one task
     overrides: str
     parameters: str
-    key: str
-    """Names the files of the configuration."""
-    episodes: tuple[Any, ...]
-    """All of one task."""
-    asked: str
-    """The controller as the user named it, with parameters, if so."""
+    settings: str
+    code: str
+    key: str  # names the files of the configuration
+
+    @property
+    def physics(self) -> str:
+        """The engine."""
+        physics: str = self.episodes[0].physics
+        return physics
 
     @property
     def task(self) -> Task:
@@ -87,20 +89,7 @@ class EpisodeGroup:
     def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
         names = configuration.scenario.name, configuration.controller.name, configuration.label
-        return cls.made(configuration.identity, names, episodes)
-
-    @classmethod
-    def made(
-        cls, identity: Row, names: tuple[str, str, str], episodes: Sequence[AnyEpisode]
-    ) -> "EpisodeGroup":
-        """The group of episodes whose columns `IDENTITY` are these.
-
-        `names` are those of the scenario and of the controller, and the controller's as asked for.
-        """
-        scenario, controller, asked = names
-        texts = {name: identity[name] for name in ("code", *TEXTS)}
-        own = {"key": identity["configuration"], "episodes": tuple(episodes), "asked": asked}
-        return cls(scenario, controller, episodes[0].physics, **own, **texts)
+        return cls(*names, tuple(episodes), *configuration.identity.values())
 
     def configuration(self) -> ExperimentConfig:
         """The same configuration on the present code.
@@ -158,8 +147,6 @@ def _joined(parts: Sequence[EpisodeGroup]) -> EpisodeGroup:
 
 TRANSITIONS = ".transitions.parquet"  # of the names of files that `swarm-forage dataset` writes
 
-TEXTS = ("settings", "overrides", "parameters")  # what tells configurations apart, as JSON text
-
 
 def _files(source: str) -> list[Path]:
     """The files of episodes, with nothing else kept there or set aside; ConfigError if none."""
@@ -199,10 +186,10 @@ def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
         whole = _with_all_columns(table, kind)
         rows = whole.to_pylist() if whole.schema.equals(schema(kind)) else []
         if len({each["configuration"] for each in rows}) == 1:
-            _check_texts(row := rows[0], file)
-            episodes = [episode_of(each, kind, scenario, controller) for each in rows]
-            asked = name or short_label(controller, row["parameters"])
-            return EpisodeGroup.made(row, (scenario, controller, asked), episodes)
+            asked = name or short_label(controller, rows[0]["parameters"])
+            episodes = tuple(episode_of(each, kind, scenario, controller) for each in rows)
+            identity = (rows[0][column] for column in IDENTITY)
+            return EpisodeGroup(scenario, controller, asked, episodes, *identity)
     raise ConfigError(
         f"dataset file {file}: written by another version of swarm-forage, with other columns;"
         " evaluate again into another folder, or plot it with the version that wrote it"
@@ -218,23 +205,6 @@ def _with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
         return pa.concat_tables([columns.empty_table(), table], promote_options="default")
     except pa.ArrowException:  # columns of other types
         return table
-
-
-def _check_texts(row: Row, file: Path) -> None:
-    for name in TEXTS:
-        try:
-            tree = json.loads(row[name])
-            parts = ("scenario", "controller") if name == "settings" else ()
-            is_ours = all(
-                isinstance(each, dict) for each in (tree, *(tree[part] for part in parts))
-            )
-        except (ValueError, KeyError, TypeError, RecursionError):
-            is_ours = False
-        if not is_ours:
-            raise ConfigError(
-                f"dataset file {file}: its column {name} is not what swarm-forage writes; remove it"
-                " and run the command that made the dataset again"
-            )
 
 
 def _named_apart(groups: Sequence[EpisodeGroup]) -> Iterator[EpisodeGroup]:

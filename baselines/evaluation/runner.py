@@ -39,10 +39,6 @@ WRITERS = 16  # files that this process writes at a time
 EpisodeBlock = tuple[ExperimentConfig, tuple[int, ...]]
 """A configuration, and the seeds of its episodes that run side by side in one process."""
 
-Ended = tuple[str, list[AnyEpisode], Mapping[int, bytes]]
-"""A finished block: the key of its configuration, its episodes, and the files of their
-trajectories by seed, where those are recorded."""
-
 
 class Plan:
     """Episodes of a command: those that the dataset holds, and those still to run."""
@@ -59,23 +55,18 @@ class Plan:
         self.seeds = list(seeds)
         self.dataset = dataset
         self.trajectories = trajectories
-        self.episodes: dict[tuple[str, int], AnyEpisode] = {}
-        self.renamed: dict[str, set[int]] = {}
-        """Seeds of episodes whose controller had another name, by configuration."""
-        self.todo: dict[str, list[int]] = {}
+        self.todo: dict[str, list[int]] = {}  # seeds by the key of the configuration
         self._named = {each.key: each for each in configurations}
+        self._stored: dict[str, dict[int, AnyEpisode]] = {}
         for key, configuration in self._named.items():
-            stored = dataset.find_all(configuration, seeds)
-            for seed in seeds:
-                episode = stored.get(seed)
-                if episode is None or (
-                    trajectories and not trajectories.holds(configuration, seed)
-                ):
-                    self.todo.setdefault(key, []).append(seed)
-                else:
-                    self.episodes[key, seed] = episode
-                    if episode.controller != configuration.label:
-                        self.renamed.setdefault(key, set()).add(seed)
+            found = dataset.find_all(configuration, seeds)
+            self._stored[key] = {
+                seed: episode
+                for seed, episode in found.items()
+                if trajectories is None or trajectories.holds(configuration, seed)
+            }
+            if missing := [seed for seed in seeds if seed not in self._stored[key]]:
+                self.todo[key] = missing
 
     @property
     def n_todo(self) -> int:
@@ -100,9 +91,10 @@ class Plan:
         Episodes whose controller had another name are written again, as figures show the name.
         Those of a block on a GPU are written together. `tell` receives what is compiled.
         """
-        for key, renamed in self.renamed.items():
-            own = self._named[key]
-            files = self.dataset.files(own).items()
+        for key, own in self._named.items():
+            stored = self._stored[key].items()
+            renamed = {seed for seed, each in stored if each.controller != own.label}
+            files = self.dataset.files(own).items() if renamed else ()
             for_seeds = [file for seeds, file in files if not renamed.isdisjoint(seeds)]
             _many_at_a_time(partial(self.dataset.relabel, own), for_seeds)
         compile_all([self._named[key] for key in self.todo], tell, backend.device)
@@ -112,8 +104,7 @@ class Plan:
             for key, episodes, contents in finished:
                 parts = [[each] for each in episodes] if backend.device == "cpu" else [episodes]
                 _many_at_a_time(partial(self._keep, self._named[key], contents), parts)
-                for episode in episodes:
-                    self.episodes[key, episode.seed] = episode
+                self._stored[key] |= {each.seed: each for each in episodes}
                 yield len(episodes)
 
     def _keep(
@@ -136,7 +127,7 @@ class Plan:
     def by_configuration(self) -> list[list[Any]]:
         """The results of each configuration, in their order."""
         return [
-            [replace(self.episodes[each.key, seed], controller=each.label) for seed in self.seeds]
+            [replace(self._stored[each.key][seed], controller=each.label) for seed in self.seeds]
             for each in self.configurations
         ]
 
@@ -152,12 +143,11 @@ def evaluate(
     seeds: Sequence[int],
     dataset: Dataset,
     backend: Backend | None = None,
-    progress: Callable[[int], None] = lambda _: None,
 ) -> list[Any]:
     """Run, or find, and keep all episodes; without a backend they run in this process."""
     plan = Plan(configurations, seeds, dataset)
-    for done in plan.run(backend or JoblibBackend()):
-        progress(done)
+    for _ in plan.run(backend or JoblibBackend()):
+        pass
     return plan.results()
 
 
@@ -169,11 +159,7 @@ def compile_all(
     """Compile what each configuration needs; `tell` receives configuration and function."""
     for number, configuration in enumerate(configurations, 1):
         which = f"compiling {number} of {len(configurations)}, {configuration.label}"
-
-        def tell_which(function: str, which: str = which) -> None:
-            tell(f"{which}: {function}")
-
-        with compiling_told(tell_which):
+        with compiling_told(lambda function, which=which: tell(f"{which}: {function}")):  # type: ignore[misc]
             warm_up(configuration, device)
     tell("")
 
@@ -184,7 +170,10 @@ def warm_up(configuration: ExperimentConfig, device: Device = "cpu") -> None:
     compile_episodes(*what, device)
 
 
-def _run_block(block: EpisodeBlock, backend: Backend, is_recorded: bool) -> Ended:
+def _run_block(
+    block: EpisodeBlock, backend: Backend, is_recorded: bool
+) -> tuple[str, list[AnyEpisode], Mapping[int, bytes]]:
+    """The key of the configuration, its episodes, and the files of trajectories by seed."""
     config, seeds = block
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
     what = config.scenario, config.controller, seeds, config.physics

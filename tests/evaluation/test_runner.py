@@ -40,10 +40,12 @@ def test_the_number_of_workers_changes_nothing_and_results_are_in_the_order_aske
 
 
 def test_one_configuration_under_two_names_runs_once(configure, dataset):
-    names, progress = ("ssgiff", "ssgiff:beta=0.01"), []
-    episodes = evaluate([*map(configure, names)], range(2), dataset, progress=progress.append)
-    assert sum(progress) == 2
-    assert [each.controller for each in episodes] == [name for name in names for _ in range(2)]
+    names = "ssgiff", "ssgiff:beta=0.01"
+    plan = Plan([*map(configure, names)], range(2), dataset)
+    assert sum(plan.run(JoblibBackend())) == 2
+    assert [each.controller for each in plan.results()] == [
+        name for name in names for _ in range(2)
+    ]
 
 
 def test_what_is_kept_is_called_as_it_is_asked_for_now_and_stays_what_it_is(
