@@ -16,7 +16,7 @@ from typer.core import TyperArgument, TyperOption
 
 from baselines.evaluation.commands import evaluate, play, watch
 from baselines.evaluation.commands import plot as plot_figure
-from baselines.evaluation.common_options import any_name
+from baselines.evaluation.common_options import controller_names, scenario_names
 from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
 from baselines.export.command import export
 from baselines.new.command import new
@@ -36,6 +36,10 @@ app = typer.Typer(
 ListedFormat = Annotated[
     Literal["table", "json"], Option("--format", help="How to write the result.")
 ]
+
+
+def _any_name(incomplete: str) -> list[str]:
+    return scenario_names(incomplete) + controller_names(incomplete)
 
 
 class _ToStderr(logging.Handler):
@@ -121,7 +125,7 @@ def list_names(
         str | None,
         Argument(
             help="A scenario, a .toml file, a controller or a layer: shows all its numbers.",
-            autocompletion=any_name,
+            autocompletion=_any_name,
         ),
     ] = None,
     form: ListedFormat = "table",
@@ -154,9 +158,8 @@ def bench(
     """Measure speed and memory against the budgets; takes a few minutes."""
     with stoppable(keeps=False):
         from baselines.evaluation.bench.gpu import measure_gpu
-        from baselines.evaluation.bench.gpu_tables import gpu_table
         from baselines.evaluation.bench.measures import measure
-        from baselines.evaluation.bench.tables import report
+        from baselines.evaluation.bench.tables import gpu_table, report
         from swarm_forage_env.worlds_on_cpu import checked_device
 
         checked_device(device)

@@ -1,7 +1,7 @@
 """Commands `evaluate`, `plot` and `watch`; their modules are loaded when they run."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -22,9 +22,6 @@ from baselines.evaluation.common_options import (
     find_backend,
 )
 from baselines.evaluation.console import check_file, say
-
-if TYPE_CHECKING:
-    from baselines.evaluation.runner import Plan
 
 
 def evaluate(  # noqa: PLR0913 the options of a command
@@ -78,15 +75,24 @@ def evaluate(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.runner import check_kept, run_with_progress
 
     request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
-    usual = 2 if device == "cpu" else 1
-    spread = find_backend(backend, usual if workers is None else workers, threads, address, device)
+    if workers is None:
+        workers = 2 if device == "cpu" else 1
+    spread = find_backend(backend, workers, threads, address, device)
     if plot:
-        _check_plot(plot, out)
+        from baselines.evaluation.dataset_reader import EpisodeGroup
+        from baselines.evaluation.figure_page import check_plot, save_figure
+        from baselines.evaluation.figures.boxplot import boxplot
+
+        check_plot(plot)
+        if out and Path(out).resolve() in plot.resolve().parents:
+            say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
     plan = request.plan(out, trajectories, device)
     run_with_progress(plan, spread)
     results, changes = plan.results(), changed_settings(plan.configurations[0].overrides)
     if plot:
-        _draw(plan, plot, request.command)
+        groups = list(map(EpisodeGroup.of, plan.configurations, plan.by_configuration()))
+        save_figure(boxplot(groups, groups[0].kind.score, request.command), plot)
+        say(f"wrote {plot}")
     if form == "table":
         Console().print(tables.report(results, changes))
     elif form == "json":
@@ -96,24 +102,6 @@ def evaluate(  # noqa: PLR0913 the options of a command
     for line in tables.noise_lines(plan.configurations, plan.by_configuration()):
         say(line)
     check_kept(plan)
-
-
-def _check_plot(file: Path, out: str | None) -> None:
-    from baselines.evaluation.figure_page import check_plot
-
-    check_plot(file)
-    if out and Path(out).resolve() in file.resolve().parents:
-        say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
-
-
-def _draw(plan: "Plan", file: Path, command: str) -> None:
-    from baselines.evaluation.dataset_reader import EpisodeGroup
-    from baselines.evaluation.figure_page import save_figure
-    from baselines.evaluation.figures.boxplot import boxplot
-
-    groups = list(map(EpisodeGroup.of, plan.configurations, plan.by_configuration()))
-    save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
-    say(f"wrote {file}")
 
 
 FIGURE_NAMES = (
@@ -212,17 +200,15 @@ def plot(  # noqa: PLR0913 the options of a command
     kind_of_figure = FIGURES[kind]
     for file in out:
         check_plot(file, "--out")
-    options = PlotOptions(
-        kind, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed,
-        style, caption,
-    )  # fmt: skip
+    chosen = tuple(scenarios or ()), tuple(controllers or ())
+    options = PlotOptions(kind, sources, *chosen, metric, x, seed, style, caption)
     check_options(options)
-    with page_style(options.style):
+    with page_style(style):
         figure = kind_of_figure.draw(options)
-        if options.with_caption:
+        if caption:
             draw_caption(figure)
         for file in out:
-            save_figure(figure, file, options.command, f"swarm-forage plot {options.kind}")
+            save_figure(figure, file, f"swarm-forage plot {options.kind}")
             say(f"wrote {file}")
 
 

@@ -1,6 +1,6 @@
 """The arguments and options that several commands have in the same words, and their completion."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -22,21 +22,15 @@ def completion_of(names: Collection[str]) -> Callable[[str], list[str]]:
     return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
-def scenario_names(incomplete: str) -> Iterator[str]:
+def scenario_names(incomplete: str) -> list[str]:
     """Scenarios, and .toml files beside, that begin so."""
-    yield from completion_of([*SCENARIOS, *map(str, Path().glob("*.toml"))])(incomplete)
+    return completion_of([*SCENARIOS, *map(str, Path().glob("*.toml"))])(incomplete)
 
 
-def controller_names(incomplete: str) -> Iterator[str]:
+def controller_names(incomplete: str) -> list[str]:
     """Controllers and oracles that begin so, and the kinds of policies that take a file."""
     names = [*CONTROLLERS, *REFERENCES, *(f"{kind}:" for kind in POLICIES)]
-    yield from completion_of(names)(incomplete)
-
-
-def any_name(incomplete: str) -> Iterator[str]:
-    """Scenarios and controllers that begin so."""
-    yield from scenario_names(incomplete)
-    yield from controller_names(incomplete)
+    return completion_of(names)(incomplete)
 
 
 ScenarioArgument = Annotated[
@@ -109,16 +103,11 @@ def find_backend(
     """The backend of a command's options; ConfigError if they do not fit, or no cluster answers."""
     from baselines.evaluation.evaluate_options import check_count
 
-    if device != "cpu":
-        usual = {
-            "--backend": (name, "joblib"),
-            "--workers": (workers, 1),
-            "--threads": (threads, 1),
-        }
-        for option, (value, one) in usual.items():
-            if value != one:
-                other = f"leave it out, or --device={device}"
-                raise ConfigError(f"{option}={value}: spreads worlds over CPUs; {other}")
+    given = ("--backend", name, "joblib"), ("--workers", workers, 1), ("--threads", threads, 1)
+    for option, value, usual in given:
+        if device != "cpu" and value != usual:
+            other = f"leave it out, or --device={device}"
+            raise ConfigError(f"{option}={value}: spreads worlds over CPUs; {other}")
     check_count("--workers", workers)
     check_count("--threads", threads)
     if name == "joblib":

@@ -49,16 +49,20 @@ class EvaluateOptions:
         scenario = configurations[0].scenario
         if trajectories and device != "cpu":
             raise ConfigError(f"--trajectories: are recorded on a CPU; leave out --device={device}")
-        for each in configurations:
-            check_runs_on(each, device)
         if trajectories and "://" in str(out):
             raise ConfigError(f"--trajectories: need a folder of this machine as --out, not {out}")
         if trajectories:
             _ = kind_of(task_of(scenario))
+        with of_option("--"):
+            for each in configurations:
+                check_device(device, each.physics)
+                what = each.scenario, each.controller, (0,), each.physics
+                placed(Loop(*what, is_blank=True), device)
         dataset = open_dataset(str(out or Path("runs") / folder_name(scenario.name)))
-        beside = Trajectories(dataset) if trajectories else None
-        if beside:
-            beside.open()
+        if not trajectories:
+            return Plan(configurations, seeds, dataset)
+        beside = Trajectories(dataset)
+        beside.open()
         return Plan(configurations, seeds, dataset, beside)
 
     def configurations(self) -> list[ExperimentConfig]:
@@ -72,10 +76,15 @@ class EvaluateOptions:
         configurations = [
             ExperimentConfig(each, scenario, self.find(each), physics) for each in self.controllers
         ]
-        _check_different(configurations)
-        for controller in (each.controller for each in configurations):
-            controller.check_usable(scenario)
-            if assumed := controller.assumed(scenario):
+        for one, other in combinations(configurations, 2):
+            if one.controller == other.controller:
+                raise ConfigError(
+                    f"controllers '{one.label}' and '{other.label}' are the same, with the same"
+                    " parameters: name one of them"
+                )
+        for each in configurations:
+            each.controller.check_usable(scenario)
+            if assumed := each.controller.assumed(scenario):
                 say(assumed)
         return configurations
 
@@ -96,17 +105,6 @@ class EvaluateOptions:
         return shlex.join(["swarm-forage", "evaluate", self.scenario, *self.controllers, *options])
 
 
-def _check_different(configurations: Sequence[ExperimentConfig]) -> None:
-    for one, other in combinations(configurations, 2):
-        if one.label == other.label:
-            raise ConfigError(f"controller '{one.label}' is named twice")
-        if one.controller == other.controller:
-            raise ConfigError(
-                f"controllers '{one.label}' and '{other.label}' are the same, with the same"
-                " parameters: name one of them"
-            )
-
-
 def seeds_from(first: int, episodes: int) -> range:
     """The seeds of these episodes; ConfigError if one is no seed."""
     check_count("--episodes", episodes)
@@ -118,14 +116,6 @@ def check_physics(name: str) -> None:
     """Raise ConfigError unless there is an engine of that name."""
     with of_option("--physics: "):
         _ = ENGINES[name]
-
-
-def check_runs_on(configuration: ExperimentConfig, device: Device) -> None:
-    """Raise ConfigError unless episodes of a configuration run on a device."""
-    scenario, controller = configuration.scenario, configuration.controller
-    with of_option("--"):
-        check_device(device, configuration.physics)
-        placed(Loop(scenario, controller, (0,), configuration.physics, is_blank=True), device)
 
 
 def check_device(device: Device, physics: str) -> None:

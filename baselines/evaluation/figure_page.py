@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from io import BytesIO
 from itertools import chain
 from pathlib import Path
@@ -20,7 +20,6 @@ from baselines.evaluation.console import check_file
 from baselines.evaluation.plot_style import FAINT, GRID
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically
-from swarm_forage_env.registry import Registry
 
 
 @dataclass(frozen=True)
@@ -45,20 +44,16 @@ TITLE, LABEL, TICK, NOTE, LINE = 10.0, 9.0, 8.0, 7.5, 1.6
 
 LETTER = 0.0078  # breadth of a letter, about, for each point of its size [inch]
 
-PAGE_STYLES: Registry[PageStyle] = Registry("style of figures")
+PAGE_STYLES = {"screen": PageStyle(8.0, 1.0), "paper": PageStyle(3.35, 0.8)}
 """Page styles by name: as broad as a page of the docs, or as a column of a paper."""
 
-PAGE_STYLES.register("screen")(PageStyle(8.0, 1.0))
-PAGE_STYLES.register("paper")(PageStyle(3.35, 0.8))
-
-_STYLE: ContextVar[str] = ContextVar("page style", default="screen")
+_STYLE = ContextVar("page style", default=PAGE_STYLES["screen"])
 
 
 @contextmanager
 def page_style(name: str) -> Iterator[None]:
-    """Draw all figures in this context in a page style; UnknownNameError if there is none."""
-    _ = PAGE_STYLES[name]
-    before = _STYLE.set(name)
+    """Draw all figures in this context in a page style."""
+    before = _STYLE.set(PAGE_STYLES[name])
     try:
         yield
     finally:
@@ -67,7 +62,7 @@ def page_style(name: str) -> Iterator[None]:
 
 def style_in_use() -> PageStyle:
     """The page style that figures are drawn in."""
-    return PAGE_STYLES[_STYLE.get()]
+    return _STYLE.get()
 
 
 @dataclass(frozen=True)
@@ -118,10 +113,9 @@ def finish_panel(
 ) -> None:
     """Set labels, grid and ticks of a panel whose values start at zero: on y, or across on x."""
     label_panel(axes, title, axes_names)
-    if is_across:
-        axes.set_xlim(0.0, None if axes.dataLim.x1 > 0.0 else 1.0)
-    else:
-        axes.set_ylim(0.0, None if axes.dataLim.y1 > 0.0 else 1.0)
+    end = axes.dataLim.x1 if is_across else axes.dataLim.y1
+    set_limits = axes.set_xlim if is_across else axes.set_ylim
+    set_limits(0.0, None if end > 0.0 else 1.0)
     axes.grid(visible=True, axis="x" if is_across else "y", color=GRID, linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -154,7 +148,7 @@ def finish_figure(
 ) -> Figure:
     """Draw the legend of the series in this order and the note; name an axis at the margin only."""
     _clear_inner_names(panels)
-    draw_legend(figure, panels, order)
+    _draw_legend(figure, panels, order)
     figure.caption = caption
     if caption.note:
         _draw_words(figure, caption.note, x=0.99, ha="right")
@@ -172,7 +166,7 @@ def _clear_inner_names(panels: Sequence[Axes]) -> None:
             panels[number].set_ylabel("")
 
 
-def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
+def _draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
     """Draw one legend above the panels, with every series once."""
     drawn = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in panels]
     handles: dict[str, Artist] = dict(chain(*drawn))
@@ -193,8 +187,8 @@ def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) ->
 
 def draw_caption(figure: Figure) -> None:
     """Draw the whole caption below the panels, instead of the note."""
-    caption = figure.caption if isinstance(figure, CaptionedFigure) else Caption()
-    _draw_words(figure, str(caption), x=0.01, ha="left")
+    assert isinstance(figure, CaptionedFigure)
+    _draw_words(figure, str(figure.caption), x=0.01, ha="left")
 
 
 def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"]) -> None:
@@ -236,21 +230,16 @@ def check_plot(file: Path, option: str = "--plot") -> None:
     check_file(option, file, FORMATS)
 
 
-def save_figure(figure: Figure, file: Path, command: str, title: str = "Round trips") -> None:
+def save_figure(figure: Figure, file: Path, title: str = "Round trips") -> None:
     """Write a figure atomically, with its caption as metadata and beside it (`x.png.json`)."""
-    caption = figure.caption if isinstance(figure, CaptionedFigure) else Caption()
-    caption = replace(caption, command=caption.command or command)
+    assert isinstance(figure, CaptionedFigure)
     ending, content = file.suffix.lower(), BytesIO()
     field, date = FORMATS[ending]
-    metadata = {field: str(caption), "Title": title} | dict.fromkeys(date)
+    metadata = {field: str(figure.caption), "Title": title} | dict.fromkeys(date)
     with rc_context({"svg.hashsalt": "swarm-forage", "svg.fonttype": "none", "pdf.fonttype": 42}):
         figure.savefig(content, format=ending[1:], dpi=200, metadata=metadata)
     write_atomically(file, content.getvalue())
-    words = {"title": title, **asdict(caption)}
+    words = {"title": title, **asdict(figure.caption)}
     del words["n"]
-    write_atomically(beside(file), (json.dumps(words, indent=1) + "\n").encode())
-
-
-def beside(file: Path) -> Path:
-    """The JSON file of a figure's file."""
-    return file.with_name(f"{file.name}.json")
+    beside = file.with_name(f"{file.name}.json")
+    write_atomically(beside, (json.dumps(words, indent=1) + "\n").encode())

@@ -92,7 +92,10 @@ def compare(values: Sequence[float], base: Sequence[float], seed: int = 0) -> Co
     difference = mean_interval((x - b).tolist(), seed)
     if difference is None:
         raise ValueError("a comparison needs at least one pair")
-    return Comparison(difference, _ratio(x, b, seed), mann_whitney_p(values, base))
+    ratio = None  # to a base of zero
+    if b.mean() != 0.0:
+        ratio = Estimate(float(_mean_ratio(x, b)), _interval((x, b), _mean_ratio, seed), len(x))
+    return Comparison(difference, ratio, mann_whitney_p(values, base))
 
 
 def mann_whitney_p(values: Sequence[float], base: Sequence[float]) -> float | None:
@@ -156,10 +159,9 @@ def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate |
 
     Source: AgarwalEtAl2021, Section 4.1.
     """
-    drawn = _resampled(strata, seed)
-    if drawn is None:
+    if not any(map(len, strata)):
         return None
-    values = np.concatenate([np.asarray(each, np.float64) for each in strata])
+    values, drawn = _resampled(strata, seed)
     varied = any(np.ptp(each) > 0.0 for each in strata if len(each))
     low, high = map(float, middle(iqm(drawn)))
     return Estimate(float(iqm(values)), (low, high) if varied else None, len(values))
@@ -180,10 +182,7 @@ def performance_profile(
         taus: Scores at which the profile is computed.
         seed: Seed of the resampling.
     """
-    drawn = _resampled(strata, seed)
-    if drawn is None:
-        raise ValueError("a performance profile needs at least one run")
-    values = np.concatenate([np.asarray(each, np.float64) for each in strata])
+    values, drawn = _resampled(strata, seed)
     share = np.array([(values > tau).mean() for tau in taus])
     ends = np.array([middle((drawn > tau).mean(axis=-1)) for tau in taus])
     return share, ends[:, 0], ends[:, 1]
@@ -219,25 +218,20 @@ def _wins(x: Values, b: Values) -> Values:
     return np.asarray((0.5 + 0.5 * np.sign(gaps)).mean(axis=(1, 2)))
 
 
-def _resampled(strata: Sequence[Sequence[float]], seed: int) -> Float64[Array, "draws runs"] | None:
-    """Resamples of all runs, drawn within each stratum: a row for each; None without runs."""
+def _resampled(
+    strata: Sequence[Sequence[float]], seed: int
+) -> tuple[Float64[Array, " runs"], Float64[Array, "draws runs"]]:
+    """All runs, and resamples of them, drawn within each stratum; ValueError without runs."""
     generator = np.random.default_rng(seed)
     runs = [np.asarray(each, np.float64) for each in strata if len(each)]
     parts = [generator.choice(each, (RUN_RESAMPLES, len(each))) for each in runs]
-    return np.concatenate(parts, axis=1) if parts else None
+    return np.concatenate(runs), np.concatenate(parts, axis=1)
 
 
 def middle(values: Values, method: Literal["linear", "nearest"] = "linear") -> Values:
     """The ends between which 95 % of the values lie, along their first axis."""
     tail = 50.0 * (1.0 - CONFIDENCE)
     return np.asarray(np.percentile(values, [tail, 100.0 - tail], axis=0, method=method))
-
-
-def _ratio(x: Values, b: Values, seed: int) -> Estimate | None:
-    """Ratio of the means, its interval resampling whole seeds; None to a base of zero."""
-    if b.mean() == 0.0:
-        return None
-    return Estimate(float(_mean_ratio(x, b)), _interval((x, b), _mean_ratio, seed), len(x))
 
 
 def _mean_ratio(x: Values, b: Values, axis: int = -1) -> Values:
@@ -255,23 +249,20 @@ def _interval(
         return None
     if len(samples[0]) < FEW:
         values, base, *_ = *samples, np.ones_like(samples[0])
-        low, high = fieller_interval(values.tolist(), base.tolist(), CONFIDENCE)
-        return _finite(float(low), float(high))
-    with np.errstate(all="ignore"), warnings.catch_warnings():  # a resample may be all zero
-        warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # tested for below
-        ends = stats.bootstrap(
-            samples,
-            statistic,
-            n_resamples=RESAMPLES,
-            batch=BATCH,
-            paired=len(samples) > 1,
-            vectorized=True,
-            confidence_level=CONFIDENCE,
-            method="BCa",
-            rng=np.random.default_rng(seed),
-        ).confidence_interval
-    return _finite(float(ends.low), float(ends.high))
-
-
-def _finite(low: float, high: float) -> tuple[float, float] | None:
+        ends = fieller_interval(values.tolist(), base.tolist(), CONFIDENCE)
+    else:
+        with np.errstate(all="ignore"), warnings.catch_warnings():  # a resample may be all zero
+            warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # tested for below
+            ends = stats.bootstrap(
+                samples,
+                statistic,
+                n_resamples=RESAMPLES,
+                batch=BATCH,
+                paired=len(samples) > 1,
+                vectorized=True,
+                confidence_level=CONFIDENCE,
+                method="BCa",
+                rng=np.random.default_rng(seed),
+            ).confidence_interval
+    low, high = map(float, ends)
     return (low, high) if math.isfinite(low) and math.isfinite(high) else None

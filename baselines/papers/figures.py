@@ -203,4 +203,4 @@ def write_figures(
             figure = paper_figure.draw(results, command)
             for ending in ENDINGS[style]:
                 file = folder / f"{paper_figure.name}{ending}"
-                save_figure(figure, file, command, paper_figure.caption)
+                save_figure(figure, file, paper_figure.caption)

@@ -194,7 +194,7 @@ def write_page(file: Path) -> None:
     """Write the page and its figure beside the sets."""
     sets, checks = sets_in(file), file.with_suffix(".json")
     checked = json.loads(checks.read_text()) if checks.exists() else []
-    save_figure(posterior_figure(sets), file.parent / "figures" / "open_numbers.png", COMMAND)
+    save_figure(posterior_figure(sets), file.parent / "figures" / "open_numbers.png")
     text = (files("baselines.papers") / "pages" / "open_numbers.md").read_text("utf-8")
     chosen = "\n\n".join(left_open(f"baselines.papers.{each}") for each in LEFT_OPEN)
     page = Template(text).substitute(

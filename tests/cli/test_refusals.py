@@ -27,7 +27,7 @@ REFUSED = [
     (("evaluate", "mine.yaml", "nc"), "scenario file mine.yaml: must be TOML, under a name that"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),
     (("evaluate", "es1", "ssgif"), "named 'ssgif', did you mean 'ssgiff' or 'ssgikf'?"),
-    (("evaluate", "es1", "nc", "nc"), "controller 'nc' is named twice"),
+    (("evaluate", "es1", "nc", "nc"), "controllers 'nc' and 'nc' are the same"),
     (
         ("evaluate", "es1", "ssgiff", "nc", "ssgiff:beta=0.01"),
         "controllers 'ssgiff' and 'ssgiff:beta=0.01' are the same, with the same parameters",
@@ -100,7 +100,7 @@ SHOWN = [
     ("nc ssgikf", "nc and ssgikf: only a replay shows two side by side; add --html FILE"),
     ("nc ssgikf --html=a.html --frame=a.png", "without --video and --frame"),
     ("nc ssgikf ssgiff --html=a.html", "3 controllers: at most 2 are shown"),
-    ("nc nc --html=a.html", "controller 'nc' is named twice"),
+    ("nc nc --html=a.html", "controllers 'nc' and 'nc' are the same"),
     ("nc --drive=10", "--drive=10: must be 0 to 9, a robot of es1"),
     ("nc --drive=1 --frame=a.png", "leave out --start, --video, --html and --frame"),
     ("nc --drive=1 --start=3", "leave out --start"),

@@ -18,7 +18,6 @@ from baselines.evaluation.bench.cases import (
     uniform_poses,
 )
 from baselines.evaluation.bench.gpu import card_bandwidth, energy_meter, vmas_seconds
-from baselines.evaluation.bench.gpu_tables import goals_of, gpu_table
 from baselines.evaluation.bench.measures import memory_growth, seconds
 from baselines.evaluation.bench.speed import (
     SHARES,
@@ -28,7 +27,7 @@ from baselines.evaluation.bench.speed import (
     stage_shares,
     thread_gain,
 )
-from baselines.evaluation.bench.tables import check
+from baselines.evaluation.bench.tables import check, goals_of, gpu_table
 from swarm_forage_env.scenarios import find_scenario
 from tests.evaluation.conftest import printed
 

@@ -16,7 +16,6 @@ from baselines.evaluation.figure_page import (
     save_figure,
 )
 from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, style_of, styles_of
-from swarm_forage_env.errors import UnknownNameError
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
 CAPTION = Caption("Round trips.", "n = 5 episodes each", COMMAND, ("0123abcd",))
@@ -75,9 +74,7 @@ def test_many_boxes_stay_on_a_page_and_no_labels_overlap(texts_at_fault, style):
     assert figure.get_figwidth() == {"screen": 8.0, "paper": 3.35}[style]
 
 
-def test_an_unknown_style_is_refused_and_the_usual_one_comes_back():
-    with pytest.raises(UnknownNameError, match="did you mean 'paper'"), page_style("papr"):
-        pass
+def test_the_usual_style_comes_back():
     with pytest.raises(ValueError, match="any"), page_style("paper"):
         raise ValueError("any")
     assert draw().get_figwidth() == 8.0
@@ -99,7 +96,7 @@ def test_command_and_code_are_drawn_only_if_asked_for():
 def test_the_file_holds_its_caption_and_is_the_same_each_time(tmp_path, ending):
     files = [tmp_path / f"{number}{ending}" for number in (1, 2)]
     for file in files:
-        save_figure(draw(), file, COMMAND)
+        save_figure(draw(), file)
     contents = [file.read_bytes() for file in files]
     assert contents[0] == contents[1]
     if ending == ".png":
@@ -113,7 +110,7 @@ def test_the_file_holds_its_caption_and_is_the_same_each_time(tmp_path, ending):
 
 
 def test_a_file_beside_the_figure_holds_the_parts_of_its_caption(tmp_path):
-    save_figure(draw(), tmp_path / "trips.png", "another command", "Trips")
+    save_figure(draw(), tmp_path / "trips.png", "Trips")
     assert json.loads((tmp_path / "trips.png.json").read_text()) == {
         "title": "Trips",
         "text": "Round trips.",

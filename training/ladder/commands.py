@@ -190,5 +190,5 @@ def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", comm
     for name, figure in drawn.items():
         file = folder / f"{name}.png"
         check_plot(file, "--page")
-        save_figure(figure, file, command, "The ladder")
+        save_figure(figure, file, "The ladder")
     write_atomically(page, pages.page(rungs, runs, command).encode())

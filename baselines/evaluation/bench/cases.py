@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from itertools import count, cycle
-from typing import Any, TypeVar
+from itertools import count, cycle, islice
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from swarm_forage_env.scenarios import find_scenario
 CONTROLLER = "ssgikf"
 
 HELD = 20  # ticks for which a random action is held, so that robots get about
-
-ActionT = TypeVar("ActionT")
 
 Tick = Callable[[], object]  # a call that is timed: a tick of a block, or several
 Tell = Callable[[str], None]  # receives the name of each measurement before it starts
@@ -70,18 +68,18 @@ class Case:
     def _driven(
         self,
         reset: Callable[..., object],
-        step: Callable[[ActionT], object],
-        actions: Iterable[ActionT],
+        step: Callable[[Any], object],
+        actions: Iterable[object],
         quick: bool,
     ) -> Tick:
-        """The next step of an environment, whose actions are held, after the warm-up."""
+        """The next step of an environment, each action `HELD` times, after the warm-up."""
 
         def steps() -> Iterator[None]:
-            still = held(actions)
+            held = (action for action in cycle(actions) for _ in range(HELD))
             for seed in count():
                 reset(seed=seed)
-                for _ in range(self.scenario.n_ticks):
-                    step(next(still))
+                for action in islice(held, self.scenario.n_ticks):
+                    step(action)
                     yield
 
         running = steps()
@@ -131,11 +129,6 @@ class DictionaryCase(Case):
         agents = env.possible_agents
         wheels = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
         return self._driven(env.reset, env.step, wheels, quick)
-
-
-def held(actions: Iterable[ActionT]) -> Iterator[ActionT]:
-    """Each action `HELD` times, again and again."""
-    return (action for action in cycle(actions) for _ in range(HELD))
 
 
 def random_wheels(rows: int) -> Float32[Array, "actions rows 2"]:
