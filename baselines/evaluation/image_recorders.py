@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from baselines.evaluation.watch import Take, WatchOptions
-from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.layout import Layout, checked_size
+from swarm_forage_env.rendering.layout import Layout
 from swarm_forage_env.rendering.painter import Painter, Show
 from swarm_forage_env.rendering.video import Video, fps_of
 from swarm_forage_env.rendering.viewer import frame_of, save
@@ -33,13 +32,13 @@ def live_window(stage: Stage, options: WatchOptions) -> Iterator[Take]:
 
 def painter_of(stage: Stage, options: WatchOptions) -> tuple[Painter, Show]:
     """What paints images, with the beliefs of the selected robot if any."""
-    layout = Layout(stage, checked_size(options.size), beliefs=options.select is not None)
+    layout = Layout(stage, options.size, beliefs=options.select is not None)
     return Painter(stage, layout), Show(selected=options.select)
 
 
 @contextmanager
 def still(stage: Stage, options: WatchOptions) -> Iterator[Take]:
-    """Write the last scene as a PNG. ConfigError where that fails."""
+    """Write the last scene as a PNG."""
     painter, show = painter_of(stage, options)
     last: Scene | None = None
 
@@ -51,12 +50,7 @@ def still(stage: Stage, options: WatchOptions) -> Iterator[Take]:
 
     yield take
     if last is not None and options.frame is not None:
-        try:
-            save(painter.paint(last, show), options.frame)
-        except OSError as error:
-            raise ConfigError(
-                f"--frame {options.frame}: cannot be written ({error.strerror})"
-            ) from None
+        save(painter.paint(last, show), options.frame)
 
 
 @contextmanager

@@ -99,11 +99,6 @@ def colour_of(controller: str) -> str:
     return PALETTE[_colour_and_mark(controller)[0]]
 
 
-def style_of(name: str) -> SeriesStyle:
-    """The style of a controller, with its parameters or without, where it stands alone."""
-    return styles_of([name])[name]
-
-
 def nth_style(number: int) -> SeriesStyle:
     """The style of what is no controller, by its number: 0 to 9 differ in colour."""
     colours = list(PALETTE)

@@ -67,25 +67,21 @@ def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
     configurations = chosen.configurations()
     _check_number(chosen.controllers, options)
     stage = stage_of(configurations[0].scenario, configurations[0].label)
-    command = command_of(chosen, options)
+    command = _command(chosen, options)
     options = _checked(options, stage)
     if options.drive is not None:
         _drive(configurations[0], chosen.seeds()[0], stage, options)
         return
     episodes = [_scenes(each, chosen.seeds()[0], stage, options) for each in configurations]
-    _record(episodes, _recorders(stage, chosen, options, command))
-    for file in (options.video, options.html, options.frame):
-        if file:
-            say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
-
-
-def _record(episodes: Sequence[Iterator[Scene]], recorders: Sequence[Sequence[Recorder]]) -> None:
     with ExitStack() as stack:
+        recorders = _recorders(stage, chosen, options, command)
         takes = [[stack.enter_context(each) for each in several] for several in recorders]
         for scenes in zip(*episodes, strict=True):
             pairs = zip(takes, scenes, strict=True)
             if not all(take(scene) for own, scene in pairs for take in own):
                 break
+    for file in filter(None, (options.video, options.html, options.frame)):
+        say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
 
 
 def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions) -> None:
@@ -135,17 +131,17 @@ def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
         )
 
 
-def command_of(chosen: EvaluateOptions, options: WatchOptions) -> str:
+def _command(chosen: EvaluateOptions, options: WatchOptions) -> str:
     """The command line that shows the same again, with every option that is not the usual one.
 
     Files that it writes are named without their folder.
     """
     words = [f"--set={each}" for each in chosen.settings] + [f"--seed={chosen.seed}"]
     words += [f"--physics={chosen.physics}"] if chosen.physics else []
-    for name, chosen_value in vars(options).items():
-        value = chosen_value.name if isinstance(chosen_value, Path) else chosen_value
+    for name, value in vars(options).items():
         if value != vars(WatchOptions)[name]:
-            words.append(f"--{name}={value:g}" if isinstance(value, float) else f"--{name}={value}")
+            shown = value.name if isinstance(value, Path) else value
+            words.append(f"--{name}={shown:g}" if isinstance(shown, float) else f"--{name}={shown}")
     return shlex.join(["swarm-forage", "watch", chosen.scenario, *chosen.controllers, *words])
 
 
@@ -186,7 +182,7 @@ def _recorders(
 def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     """Check the options and fill in the length; ConfigError for what cannot be shown."""
     checked_speed(options.speed)
-    checked_size(options.size)
+    size = checked_size(options.size)
     for option, robot in (("--select", options.select), ("--drive", options.drive)):
         if robot is not None and not 0 <= robot < stage.n_robots:
             raise ConfigError(
@@ -216,4 +212,4 @@ def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     ):
         if file:
             check_file(option, file, endings)
-    return replace(options, seconds=seconds)
+    return replace(options, seconds=seconds, size=size)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from baselines.evaluation.plot_style import style_of
+from baselines.evaluation.plot_style import colour_of
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering.layout import Layout
@@ -97,8 +97,8 @@ def test_a_replay_of_two_controllers_shows_both_and_its_whole_command(command, t
         " --start=2.0 --seconds=8.0 --html=two.html"
     ).replace(".0", "")
     assert (about["start"], about["frames"]) == (2.0, 101), "from the first tick on, for trails"
-    assert about["colour"] == style_of("nc").colour, "as in figures"
-    assert about["beside"][0]["colour"] == style_of("ssgikf").colour
+    assert about["colour"] == colour_of("nc"), "as in figures"
+    assert about["beside"][0]["colour"] == colour_of("ssgikf")
     assert 'id="recording-1"' in page
     again = about["command"].replace("two.html", "again.html").split()[1:]
     assert command(*again)[0] == 0

@@ -15,7 +15,7 @@ from baselines.evaluation.figure_page import (
     page_style,
     save_figure,
 )
-from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, style_of, styles_of
+from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, styles_of
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
 CAPTION = Caption("Round trips.", "n = 5 episodes each", COMMAND, ("0123abcd",))
@@ -167,11 +167,11 @@ def test_colour_blind_readers_tell_the_ten_colours_apart(sight):
 
 
 def test_a_controller_has_one_colour_whatever_its_parameters_and_company():
-    alone = style_of("ssgiff")
+    alone = styles_of(["ssgiff"])["ssgiff"]
     among = styles_of(["learned-both", "nc", "ssgiff:beta=0.01", "ssgiff"])
     assert among["ssgiff"] == alone
     assert among["ssgiff:beta=0.01"].colour == alone.colour
-    assert style_of("somebody-elses").colour == style_of("somebody-elses:x=1").colour
+    assert colour_of("somebody-elses") == colour_of("somebody-elses:x=1")
     assert colour_of("ssgiff:beta=0.01") == alone.colour
     assert colour_of("dsgiff-brisk") == colour_of("dsgiff-frequent"), "its old name"
 
