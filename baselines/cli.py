@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from typing import Annotated, Literal
 
 import typer
@@ -111,10 +111,7 @@ def root(
 ) -> None:
     """Multi-robot foraging: hand-written controllers, evaluated and compared."""
     if show_version:
-        try:
-            typer.echo(version("swarm-forage"))
-        except PackageNotFoundError:
-            typer.echo("not installed")
+        typer.echo(version("swarm-forage"))
     elif context.invoked_subcommand is None:
         typer.echo(context.get_help())
 
@@ -152,7 +149,9 @@ app.command(
 def bench(
     quick: Annotated[bool, Option("--quick", help="A short run, less exact.")] = False,
     threads: Annotated[int, Option(help="Threads whose gain over one is measured.")] = 2,
-    device: Annotated[str, Option(help="cpu, or cuda for worlds on a GPU.")] = "cpu",
+    device: Annotated[
+        Literal["cpu", "cuda"], Option(help="cpu, or cuda for worlds on a GPU.")
+    ] = "cpu",
     form: ListedFormat = "table",
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
@@ -160,9 +159,6 @@ def bench(
         from baselines.evaluation.bench.gpu import measure_gpu
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import gpu_table, report
-        from swarm_forage_env.worlds_on_cpu import checked_device
-
-        checked_device(device)
 
         console = Console(stderr=True)
         with console.status("") as status:

@@ -11,7 +11,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from functools import cache, partial
 from multiprocessing import resource_tracker as stdlib_tracker
@@ -68,12 +68,17 @@ class JoblibBackend(Backend):
         workers = min(self.workers, len(jobs))
         with parallel_config(backend="loky", idle_worker_timeout=IDLE):
             parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
-        with ExitStack() as stack:  # ends the workers, whatever happens
+        finished: Results[ResultT] | None = None
+        try:
             with defer_interrupts():
                 calls = (delayed(_call)(function, job, os.getpid()) for job in jobs)
-                finished = stack.enter_context(_closing(parallel(calls)))
-            for each in finished:  # noqa: UP028 `yield from` closes it before `_closing`
+                finished = parallel(calls)
+            for each in finished:  # noqa: UP028 `yield from` closes it, with a warning
                 yield each
+        finally:  # ends the workers, whatever happens
+            if finished is not None:
+                with warnings.catch_warnings(action="ignore", category=UserWarning):
+                    finished.close()  # joblib warns of calls that have not ended
 
 
 def run_in_order(
@@ -92,17 +97,6 @@ def _call(function: Callable[[JobT], ResultT], job: JobT, parent: int) -> Result
     """A call in a worker, or in the parent itself."""
     end_with(parent)
     return function(job)
-
-
-@contextmanager
-def _closing(finished: Results[ResultT]) -> Iterator[Results[ResultT]]:
-    """Close what joblib gives back, without its warning of calls that have not ended."""
-    try:
-        yield finished
-    finally:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", category=UserWarning, module=r"joblib\.parallel")
-            finished.close()
 
 
 @contextmanager

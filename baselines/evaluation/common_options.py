@@ -9,7 +9,6 @@ import typer
 from typer import Argument, Option
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.extras import remedy
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
 
 if TYPE_CHECKING:
@@ -116,12 +115,8 @@ def find_backend(
         from baselines.evaluation.backends import JoblibBackend
 
         return JoblibBackend(workers, threads, device=device)
-    try:
-        from baselines.evaluation.ray_backend import RayBackend
-    except ModuleNotFoundError as error:
-        if error.name != "ray":
-            raise
-        raise ConfigError(f"--backend=ray: needs the package ray: {remedy('ray')}") from None
+    from baselines.evaluation.ray_backend import RayBackend
+
     backend = RayBackend(workers, threads, address)
     backend.connect()
     return backend

@@ -37,13 +37,12 @@ def check_file(option: str, file: Path, endings: Collection[str]) -> None:
     """Make the folder of an option's file; ConfigError unless the file can be written."""
     if file.suffix.lower() not in endings:
         raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
-    existed, had_folder = file.exists(), file.parent.exists()
+    existed = file.exists()
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        if not had_folder:
+        if not file.parent.exists():
+            file.parent.mkdir(parents=True)
             say(f"{option} {file}: made the folder {file.parent}")
-        with file.open("ab"):
-            pass
+        file.open("ab").close()
         if not existed:
             file.unlink()
     except OSError as error:
@@ -54,21 +53,16 @@ def check_file(option: str, file: Path, endings: Collection[str]) -> None:
 
 def progress_bar(unit: str) -> "Progress":
     """A progress bar on stderr that counts these units; invisible if stderr is no terminal."""
+    from rich import progress
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
 
     console = Console(stderr=True)
-    return Progress(
-        unit, BarColumn(), MofNCompleteColumn(), "elapsed", TimeElapsedColumn(),
-        "left", TimeRemainingColumn(), "{task.description}",
-        console=console, disable=not console.is_terminal,
+    columns = (
+        unit, progress.BarColumn(), progress.MofNCompleteColumn(),
+        "elapsed", progress.TimeElapsedColumn(), "left", progress.TimeRemainingColumn(),
+        "{task.description}",
     )  # fmt: skip
+    return progress.Progress(*columns, console=console, disable=not console.is_terminal)
 
 
 @contextmanager

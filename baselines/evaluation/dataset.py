@@ -26,7 +26,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from baselines.evaluation.episode import AnyEpisode, kind_of_episode
-from baselines.evaluation.experiment_config import IDENTITY, ExperimentConfig
+from baselines.evaluation.experiment_config import IDENTITY, ExperimentConfig, short_label
 from swarm_forage_env.atomic_write import sweep, temporary_of, write_atomically
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -233,7 +233,8 @@ def _episodes(
         (configuration.key, seed) for seed in seeds
     ]:
         raise DamagedFileError("episodes of another configuration, or of other seeds")
-    controller = name_in(table, ASKED) or configuration.short_label
+    usual = short_label(configuration.controller.name, configuration.parameters)
+    controller = name_in(table, ASKED) or usual
     return [episode_of(row, kind, configuration.scenario.name, controller) for row in rows]
 
 

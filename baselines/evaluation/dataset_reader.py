@@ -129,8 +129,16 @@ def read_groups(
         if (not scenarios or scenario in scenarios) and (not names or controller in names):
             part = _read(file, scenario, controller)
             parts.setdefault(part.key, []).append(part)
-    named = _named_apart([_joined(each) for each in parts.values()])
-    wanted = [each for group in named if (each := _wanted(group, controllers))]
+    asked = {}
+    for each in (each for each in controllers if ":" in each):
+        layered = find_layered_controller(each)
+        asked[layered.name, changed_parameters(layered)] = each
+    wanted = []
+    for group in _named_apart([_joined(each) for each in parts.values()]):
+        if name := asked.get((group.controller, group.parameters)):
+            wanted.append(replace(group, asked=name))
+        elif not controllers or group.controller in controllers:
+            wanted.append(group)
     if not wanted:
         raise ConfigError(_nothing(sources, scenarios, controllers))
     _check_code(wanted)
@@ -150,19 +158,14 @@ TRANSITIONS = ".transitions.parquet"  # of the names of files that `swarm-forage
 
 def _files(source: str) -> list[Path]:
     """The files of episodes, with nothing else kept there or set aside; ConfigError if none."""
-    if "://" in source:
-        raise ConfigError(
-            f"dataset {source}: must be a folder of this machine; copy its episodes into one,"
-            " as `aws s3 sync` does"
-        )
     folder = Path(source)
     paths = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
     if files := sorted(each for each in paths if not each.name.endswith((ENDING, TRANSITIONS))):
         return files
-    reason = "holds no episodes" if folder.is_dir() else "no such folder"
+    reason = "holds no episodes" if folder.is_dir() else "no such folder of this machine"
     raise ConfigError(
-        f"dataset {folder}: {reason}; make one with swarm-forage evaluate es1 nc ssgikf --out"
-        f" {folder}"
+        f"dataset {source}: {reason}; make one with swarm-forage evaluate es1 nc ssgikf --out"
+        f" {source}"
     )
 
 
@@ -214,15 +217,6 @@ def _named_apart(groups: Sequence[EpisodeGroup]) -> Iterator[EpisodeGroup]:
         is_unique = each.asked and count[each.setup(), each.asked] == 1
         short = short_label(each.controller, each.parameters)
         yield each if is_unique else replace(each, asked=short)
-
-
-def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | None:
-    """The group, labelled with the name it was selected by; None if it was not selected."""
-    for asked in controllers:
-        name = asked.partition(":")[0]
-        if name == group.controller != asked and changed_parameters(asked) == group.parameters:
-            return replace(group, asked=asked)
-    return group if not controllers or group.controller in controllers else None
 
 
 def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ from baselines import composition, running
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import COMMON_NAMES
 from swarm_forage_env.interface import files_read_by
 from swarm_forage_env.parameters import Parameters, leaves
@@ -88,19 +88,14 @@ class ExperimentConfig:
 
     @cached_property
     def parameters(self) -> str:
-        """Layers and parameters that differ from the controller of that name, as JSON text."""
-        return _changed_parameters(self.controller)
+        """What differs from the controller of that name, as JSON text."""
+        return changed_parameters(self.controller)
 
     @property
     def identity(self) -> dict[str, str]:
         """What tells it apart in a dataset, by the names of `IDENTITY`."""
         texts = self.overrides, self.parameters, self.settings, self.code, self.key
         return dict(zip(IDENTITY, texts, strict=True))
-
-    @property
-    def short_label(self) -> str:
-        """The name with the parameters that differ: one for `ssgiff` and `ssgiff:beta=0.01`."""
-        return short_label(self.controller.name, self.parameters)
 
     @cached_property
     def code(self) -> str:
@@ -139,15 +134,8 @@ def find_layered_controller(controller: str) -> LayeredController:
     return layered
 
 
-def changed_parameters(controller: str) -> str | None:
-    """What differs in `name:parameter=value` from `name`, as JSON text; None if it is unknown."""
-    try:
-        return _changed_parameters(find_layered_controller(controller))
-    except (ConfigError, UnknownNameError):
-        return None
-
-
-def _changed_parameters(controller: LayeredController) -> str:
+def changed_parameters(controller: LayeredController) -> str:
+    """Layers and parameters that differ from the controller of that name, as JSON text."""
     base = find_layered_controller(controller.name)
     layers = _changes(base.layer_names, controller.layer_names)
     same = {layer: name for layer, name in layers.items() if name in REGISTRIES[layer]}

@@ -22,7 +22,7 @@ def live_window(stage: Stage, options: WatchOptions) -> Iterator[Take]:
             window.show(scene)
         else:
             window.take_past(scene)
-        return not window.closed
+        return window.closed
 
     try:
         yield take
@@ -42,11 +42,10 @@ def still(stage: Stage, options: WatchOptions) -> Iterator[Take]:
     painter, show = painter_of(stage, options)
     last: Scene | None = None
 
-    def take(scene: Scene) -> bool:
+    def take(scene: Scene) -> None:
         nonlocal last
         last = scene
         painter.take(scene)
-        return True
 
     yield take
     if last is not None and options.frame is not None:
@@ -61,7 +60,7 @@ def video(stage: Stage, options: WatchOptions) -> Iterator[Take]:
     film = Video(options.video, painter.layout.width, painter.layout.height)
     every, due = options.speed / fps_of(options.video), options.start
 
-    def take(scene: Scene) -> bool:
+    def take(scene: Scene) -> None:
         """Add as many frames as are due, the same one again where time is slow."""
         nonlocal due
         painter.take(scene)
@@ -70,7 +69,6 @@ def video(stage: Stage, options: WatchOptions) -> Iterator[Take]:
             while scene.time >= due - 1e-9:
                 film.add(frame)
                 due += every
-        return True
 
     try:
         yield take

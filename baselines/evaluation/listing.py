@@ -12,7 +12,7 @@ from rich.text import Text
 
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation.experiment_config import find_layered_controller
-from baselines.evaluation.scores import EPISODES, Score, score_of_controller, score_of_scenario
+from baselines.evaluation.scores import EPISODES, score_of
 from swarm_forage_env.controllers import parse_controller
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.parameters import BaseScenario, Parameters, leaves, override
@@ -30,6 +30,8 @@ from swarm_forage_env.scenarios import find_scenario
 
 PartT = TypeVar("PartT")
 Listed = BaseScenario | LayeredController | Parameters  # the last one is a layer
+
+LISTED = SCENARIOS, CONTROLLERS, POLICIES, REFERENCES, *REGISTRIES.values()
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
@@ -68,14 +70,12 @@ def describe(name: str) -> dict[str, object]:
         for group, _, parameters in grouped_parameters(listed)
     }
     head: dict[str, object] = {"name": name, "kind": next(iter(groups))}
-    score = None
     if isinstance(listed, LayeredController):
         head |= {"kind": "controller", "layers": listed.layer_names}
-        score = score_of_controller(name)
     elif isinstance(listed, BaseScenario):
-        head, score = {"name": listed.name, "kind": "scenario"}, score_of_scenario(name)
-    scored = score and asdict(score)
-    return {**head, "score": scored, "about": _about(name), "parameters": groups}
+        head = {"name": listed.name, "kind": "scenario"}
+    score = score_of(name)
+    return head | {"score": score and asdict(score), "about": _about(name), "parameters": groups}
 
 
 def find(name: str) -> Listed:
@@ -89,15 +89,13 @@ def find(name: str) -> Listed:
     for registry in REGISTRIES.values():
         if bare in registry:
             return override(registry[bare](), parse_controller(name)[1])
-    known = [*SCENARIOS, *CONTROLLERS, *POLICIES, *REFERENCES]
-    known += [each for registry in REGISTRIES.values() for each in registry]
+    known = [each for registry in LISTED for each in registry]
     raise UnknownNameError("scenario, controller or layer", bare, known, left_out())
 
 
 def _about(name: str) -> str:
     """What has this name, in words; empty for a file and for other numbers than the usual."""
-    registries = SCENARIOS, CONTROLLERS, REFERENCES, POLICIES, *REGISTRIES.values()
-    return next((each.about(name) for each in registries if name in set(each)), "")
+    return next((each.about(name) for each in LISTED if name in set(each)), "")
 
 
 def units(listed: Listed) -> dict[str, str]:
@@ -173,9 +171,8 @@ def overview_tables() -> Group:
     """Tables of all names."""
     scenarios = _table("scenario", "robots", "time [s]", "score", "what it is")
     for name in SCENARIOS:
-        task, score = SCENARIOS[name].task, _score(score_of_scenario(name))
-        about = SCENARIOS.about(name)
-        scenarios.add_row(name, str(task.n_robots), f"{task.duration:g}", score, about)
+        task, about = SCENARIOS[name].task, SCENARIOS.about(name)
+        scenarios.add_row(name, str(task.n_robots), f"{task.duration:g}", _score(name), about)
     layers = _table("layer", "joined to a controller, as social_odometry+sgikf+subsumption")
     for layer, registry in REGISTRIES.items():
         layers.add_row(layer, ", ".join(registry))
@@ -207,7 +204,7 @@ def detail_table(name: str) -> Group:
 def _controllers(kind: str, registry: Registry[PartT]) -> Table:
     table = _table(kind, "score", "what it is")
     for name in registry:
-        table.add_row(name, _score(score_of_controller(name)), registry.about(name))
+        table.add_row(name, _score(name), registry.about(name))
     return table
 
 
@@ -227,7 +224,8 @@ def _table(name: str, *headings: str) -> Table:
     return table
 
 
-def _score(score: Score | None) -> str:
+def _score(name: str) -> str:
+    score = score_of(name)
     return "" if score is None else f"{score.mean:.{0 if score.mean >= 10.0 else 1}f}"
 
 

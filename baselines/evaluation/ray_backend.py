@@ -13,9 +13,8 @@ import platform
 import signal
 import socket
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -66,12 +65,15 @@ class RayBackend(Backend):
             options = {"address": "local", "num_cpus": cpus, "include_dashboard": False}
         else:
             _check_answers(self.address)
+        handler = signal.getsignal(signal.SIGTERM)  # which Ray replaces
         try:
-            with _sigterm_kept():
-                ray.init(**options, log_to_driver=False, logging_level=logging.ERROR)
+            ray.init(**options, log_to_driver=False, logging_level=logging.ERROR)
             ray_worker.print_to_stdstream = _tell  # else on stdout, among the results
         except (ConnectionError, RuntimeError, ValueError):
             raise _no_cluster(self.address) from None
+        finally:
+            if threading.current_thread() is threading.main_thread():
+                signal.signal(signal.SIGTERM, handler)
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; a call whose worker dies runs on another one."""
@@ -150,16 +152,3 @@ def _result(ended: object) -> Any:  # noqa: ANN401 of any kind
         raise error.cause from None
     except RayError as error:
         raise BrokenExecutor(str(error)) from error
-
-
-@contextmanager
-def _sigterm_kept() -> Iterator[None]:
-    """Put back the handler of SIGTERM that `ray.init` replaces."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.getsignal(signal.SIGTERM)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

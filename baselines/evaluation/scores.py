@@ -4,12 +4,13 @@ A scenario is scored under the default controller of its task, a controller in `
 default engine and the seeds from 0 on.
 """
 
-import argparse
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+
+import typer
 
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES, SCENARIOS
@@ -42,16 +43,10 @@ def read_scores() -> dict[tuple[str, str], Score]:
     return {(each.scenario, each.controller): each for each in scores}
 
 
-def score_of_scenario(name: str) -> Score | None:
-    """What the default controller of its task scores in a scenario; None if not measured."""
-    if name not in SCENARIOS:
-        return None
-    return read_scores().get((name, task_of(SCENARIOS[name]).controller))
-
-
-def score_of_controller(name: str) -> Score | None:
-    """What a controller scores in `es1`; None if not measured."""
-    return read_scores().get((ARENA, name))
+def score_of(name: str) -> Score | None:
+    """The score of a scenario or of a controller; None if not measured."""
+    of = (name, task_of(SCENARIOS[name]).controller) if name in SCENARIOS else (ARENA, name)
+    return read_scores().get(of)
 
 
 def pairs() -> Iterator[tuple[str, str]]:
@@ -78,18 +73,14 @@ def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
     return Score(scenario, controller, round(mean.value, 2), low, high, mean.n)
 
 
-def main() -> None:
+def main(workers: int = 2, out: Path = Path("runs/scores")) -> None:
     """Measure every score, and write the file that `list` reads."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("runs/scores"))
-    options = parser.parse_args()
     lines: list[str] = []
     for scenario, controller in pairs():
-        score = measure(scenario, controller, options.out, options.workers)
+        score = measure(scenario, controller, out, workers)
         lines.append(json.dumps(asdict(score)))
         write_atomically(FILE, "[\n{}\n]\n".format(",\n".join(lines)).encode())
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -127,11 +127,9 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
     parts.append(Text(note, style="dim"))
     if len(groups) > 1:
         heading = f"\n{kind.score_words} against {head.controller}"
-        parts += [Text(heading, style="bold"), comparison(groups), Text(SAME_SEEDS, style="dim")]
+        words = "On the same seeds, with 95 % intervals; p: Mann-Whitney U, two-sided."
+        parts += [Text(heading, style="bold"), comparison(groups), Text(words, style="dim")]
     return Group(*parts)
-
-
-SAME_SEEDS = "On the same seeds, with 95 % intervals; p: Mann-Whitney U, two-sided."
 
 
 def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTable:

@@ -160,11 +160,8 @@ def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
     """A column as it is written; NaN and the code -1 are empty."""
     if not column.words:
         return pa.array(values, from_pandas=column.is_nullable)
-    used, place = np.unique(values, return_inverse=True)
-    there = used >= 0
-    index = np.where(there, np.cumsum(there) - 1, -1)[place].astype(np.int16)
-    words = pa.array([column.words[code] for code in used[there]], pa.string())
-    return pa.DictionaryArray.from_arrays(pa.array(index, mask=index < 0), words)
+    codes = pa.array(values.astype(np.int16), mask=values < 0)
+    return pa.DictionaryArray.from_arrays(codes, pa.array(column.words, pa.string()))
 
 
 def _is_trajectory(configuration: ExperimentConfig, seed: int, table: pa.Table) -> bool:

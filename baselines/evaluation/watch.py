@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,25 +19,11 @@ from swarm_forage_env.rendering.video import FORMATS
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.task import stage_of
 
-Take = Callable[[Scene], bool]
-"""Takes the next scene of an episode, those before `start` for trails only; false: no more."""
+Take = Callable[[Scene], bool | None]
+"""Takes the next scene of an episode, those before `start` for trails only; true: no more."""
 
-Recorder = AbstractContextManager[Take]
+Painted = AbstractContextManager[Take]
 """Writes its file when it is left, and nothing if an error or the user ends the episode."""
-
-
-@contextmanager
-def recorded(file: Path, replay: Replay, swarm: int) -> Iterator[Take]:
-    """Add the scenes of a swarm to a replay; the first writes it as one HTML file."""
-
-    def take(scene: Scene) -> bool:
-        replay.add(scene, swarm)
-        return True
-
-    yield take
-    if swarm == 0:
-        replay.write(file)
-
 
 MAX_CONTROLLERS = 2  # controllers that are shown side by side, at most
 
@@ -73,13 +59,17 @@ def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
         _drive(configurations[0], chosen.seeds()[0], stage, options)
         return
     episodes = [_scenes(each, chosen.seeds()[0], stage, options) for each in configurations]
+    replay = _replay(stage, chosen, options, command) if options.html else None
     with ExitStack() as stack:
-        recorders = _recorders(stage, chosen, options, command)
-        takes = [[stack.enter_context(each) for each in several] for several in recorders]
+        takes = [stack.enter_context(each) for each in _painted(stage, options)]
         for scenes in zip(*episodes, strict=True):
-            pairs = zip(takes, scenes, strict=True)
-            if not all(take(scene) for own, scene in pairs for take in own):
+            for swarm, scene in enumerate(scenes):
+                if replay:
+                    replay.add(scene, swarm)
+            if any(take(scenes[0]) for take in takes):
                 break
+    if replay and options.html:
+        replay.write(options.html)
     for file in filter(None, (options.video, options.html, options.frame)):
         say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
 
@@ -159,24 +149,22 @@ def _scenes(
             loop.step()
 
 
-def _recorders(
-    stage: Stage, chosen: EvaluateOptions, options: WatchOptions, command: str
-) -> list[list[Recorder]]:
-    recorders: list[list[Recorder]] = [[] for _ in chosen.controllers]
-    if options.html:
-        beside = chosen.controllers[1] if len(chosen.controllers) > 1 else None
-        colours = tuple(map(colour_of, chosen.controllers))
-        opening = Opening(options.start, options.speed, options.select, beside, colours)
-        replay = Replay(stage, chosen.seeds()[0], command, opening=opening)
-        for swarm, own in enumerate(recorders):
-            own.append(recorded(options.html, replay, swarm))
-    if options.video or options.frame or not options.html:  # ImportError without pygame
-        from baselines.evaluation import image_recorders as images
+def _replay(stage: Stage, chosen: EvaluateOptions, options: WatchOptions, command: str) -> Replay:
+    beside = chosen.controllers[1] if len(chosen.controllers) > 1 else None
+    colours = tuple(map(colour_of, chosen.controllers))
+    opening = Opening(options.start, options.speed, options.select, beside, colours)
+    return Replay(stage, chosen.seeds()[0], command, opening=opening)
 
-        recorders[0] += [images.video(stage, options)] if options.video else []
-        recorders[0] += [images.still(stage, options)] if options.frame else []
-        recorders[0] += [images.live_window(stage, options)] if options.in_a_window else []
-    return recorders
+
+def _painted(stage: Stage, options: WatchOptions) -> Sequence[Painted]:
+    """What takes the scenes of the first swarm. ImportError without pygame."""
+    if options.html and not options.video and not options.frame:
+        return []
+    from baselines.evaluation import image_recorders as images
+
+    painted = [images.video(stage, options)] if options.video else []
+    painted += [images.still(stage, options)] if options.frame else []
+    return painted or [images.live_window(stage, options)]
 
 
 def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:

@@ -24,6 +24,7 @@ MISSING = {
         " --plot=x.png --workers=1",
     ),
     "pygame imageio_ffmpeg": ("render", "watch es1 nc --set=task.duration=1 --video=x.mp4"),
+    "ray": ("ray", "evaluate es1 nc --backend=ray"),
     "cmaes": ("train", "train weighting es1"),
     "safetensors": ("train", "evaluate es1 learned-weighting --episodes=1"),
     "benchmarl": ("torchrl", "benchmark ladder --algorithm=qmix --rung=near"),

@@ -60,7 +60,7 @@ REFUSED = [
     (("list", "es11"), "no scenario, controller or layer named 'es11', did you mean 'es1'?"),
     (("list", "--format", "csv"), "'table', 'json'"),
     (("bench", "--fast"), "--fast"),
-    (("bench", "--device", "tpu"), "device='tpu': must be 'cpu' or 'cuda'"),
+    (("bench", "--device", "tpu"), "'tpu' is not one of 'cpu', 'cuda'"),
     (("bench", "--device", "cuda"), "device='cuda': needs numba-cuda; pip install"),
     (("train",), "Missing argument 'layer'"),
     (("train", "weighting"), "Missing argument 'SCENARIO'"),
@@ -166,7 +166,7 @@ FILES = [
 
 
 READ = [
-    (("plot", "boxplot", "{}", "--out=x.png"), "must be a folder of this machine; copy"),
+    (("plot", "boxplot", "{}", "--out=x.png"), "no such folder of this machine"),
     (("plot", "paths", "{}", "--out=x.png"), "must be the folder of a dataset, or a scenario"),
     ((*EVALUATE, "--trajectories", "--out={}"), "need a folder of this machine as --out"),
 ]

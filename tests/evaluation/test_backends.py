@@ -2,7 +2,6 @@
 
 import os
 import signal
-import sys
 import time
 from pathlib import Path
 
@@ -10,8 +9,6 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 
 from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
-from baselines.evaluation.common_options import find_backend
-from swarm_forage_env.errors import ConfigError
 from tests.processes import becomes_true, run, start
 
 
@@ -26,13 +23,6 @@ def test_every_job_is_called_once_and_in_order_if_asked(workers):
     assert sorted(backend.run(square, range(4))) == [0, 1, 4, 9]
     assert list(backend.run(square, [])) == []
     assert run_in_order(backend, square, range(4)) == [0, 1, 4, 9]
-
-
-def test_without_ray_one_line_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "ray", None)
-    monkeypatch.delitem(sys.modules, "baselines.evaluation.ray_backend", raising=False)
-    with pytest.raises(ConfigError, match=r"--backend=ray: .* pip install 'swarm-forage\[ray\]'$"):
-        find_backend("ray", 2)
 
 
 class Interrupting(tuple):

@@ -12,11 +12,7 @@ import pymunk
 import pytest
 
 from baselines.evaluation.bench import gpu, measures, speed
-from baselines.evaluation.bench.cases import (
-    all_cases,
-    enlarged,
-    uniform_poses,
-)
+from baselines.evaluation.bench.cases import all_cases, enlarged, uniform_poses
 from baselines.evaluation.bench.gpu import card_bandwidth, energy_meter, vmas_seconds
 from baselines.evaluation.bench.measures import memory_growth, seconds
 from baselines.evaluation.bench.speed import (
@@ -87,7 +83,7 @@ def test_speeds_are_robot_steps_a_second_and_threads_gain_time(clock, monkeypatc
     def tick(physics, quick, threads=1):
         return clock.tick(lengths[physics, threads])
 
-    case = SimpleNamespace(name="two", rows=20, robot_steps=20, n_ticks=1, tick=tick)
+    case = SimpleNamespace(name="two", rows=20, n_ticks=1, tick=tick)
     monkeypatch.setattr(speed, "bare_pymunk", lambda case: clock.tick(0.002))
     assert case_speeds(case, quick=True) == pytest.approx({
         "case": "two", "rows": 20, "rigid": 20 / 0.004, "kinematic": 20 / 0.001,

@@ -9,12 +9,7 @@ import pytest
 from PIL import Image
 
 from baselines.evaluation.box_plots import box_panels
-from baselines.evaluation.figure_page import (
-    Caption,
-    draw_caption,
-    page_style,
-    save_figure,
-)
+from baselines.evaluation.figure_page import Caption, draw_caption, page_style, save_figure
 from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, styles_of
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"

@@ -68,7 +68,7 @@ def test_a_layer_is_told_with_the_parameters_asked_for(command):
 
 def test_scores_are_of_what_there_is_and_lie_in_their_intervals():
     assert set(scores.read_scores()) == set(scores.pairs())
-    assert scores.score_of_scenario("es1") == scores.score_of_controller("ssgikf")
+    assert scores.score_of("es1") == scores.score_of("ssgikf")
     for each in scores.read_scores().values():
         assert each.low is None or each.low <= each.mean <= each.high, each
         assert each.episodes == scores.EPISODES

@@ -12,12 +12,7 @@ import pytest
 from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.runner import Plan, check_kept
-from baselines.evaluation.trajectories import (
-    Trajectories,
-    columns_of,
-    kind_of,
-    trajectory_schema,
-)
+from baselines.evaluation.trajectories import Trajectories, columns_of, kind_of, trajectory_schema
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import TASKS
 from tests.evaluation.conftest import timeless

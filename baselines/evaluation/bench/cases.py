@@ -42,11 +42,6 @@ class Case:
         """Number of robots in the block."""
         return self.n_worlds * self.scenario.task.n_robots
 
-    @property
-    def robot_steps(self) -> int:
-        """Robot-steps of a call that is timed."""
-        return self.rows * self.n_ticks
-
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         """Run the warm-up and return what is timed."""
         return partial(self.start(physics, quick, threads).run, self.n_ticks)
@@ -88,22 +83,20 @@ class Case:
         return partial(next, running)
 
 
-class EpisodeCase(Case):
+class _EpisodeCase(Case):
     """A case in which whole episodes are evaluated: worlds made, run and measured."""
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
-        """Return what evaluates an episode in every world."""
         duration = {"task.duration": self.n_ticks * self.scenario.tick}
         scenario = find_scenario(self.scenario, duration)
         controller = find_layered_controller(CONTROLLER)
         return partial(run_episodes, scenario, controller, range(self.n_worlds), physics, threads)
 
 
-class BatchCase(Case):
+class _ArrayCase(Case):
     """A case in which a policy drives the robots through the environment on arrays."""
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
-        """Run the warm-up and return a step of the environment under random actions."""
         from swarm_forage_env import ArrayEnv
         from swarm_forage_env.envs.keywords import OwnName
 
@@ -115,11 +108,10 @@ class BatchCase(Case):
         return self._driven(env.reset, env.step, wheels, quick)
 
 
-class DictionaryCase(Case):
+class _DictionaryCase(Case):
     """A case in which a policy drives the robots through PettingZoo's dictionaries."""
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
-        """Run the warm-up and return a step of the environment under random actions."""
         from swarm_forage_env import parallel_env
         from swarm_forage_env.envs.keywords import OwnName
 
@@ -149,9 +141,9 @@ def all_cases() -> list[Case]:
         Case("es1 x 30", es1, n_worlds=30),
         Case("es1 x 64", es1, n_worlds=64),
         Case("es1, ten ticks a call", es1, n_ticks=10),
-        EpisodeCase("es1 x 30, episodes", es1, n_worlds=30, n_ticks=3000),
-        BatchCase("es1 x 64, arrays", es1, n_worlds=64),
-        DictionaryCase("es1, dicts", es1),
+        _EpisodeCase("es1 x 30, episodes", es1, n_worlds=30, n_ticks=3000),
+        _ArrayCase("es1 x 64, arrays", es1, n_worlds=64),
+        _DictionaryCase("es1, dicts", es1),
         Case("es2", find_scenario("es2")),
         Case("es3", es3),
         *(

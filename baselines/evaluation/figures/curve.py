@@ -33,7 +33,11 @@ LOGGER = logging.getLogger("swarm-forage")
 @figure("curve", *SELECTION, "metric", "x")
 def draw_curve(options: PlotOptions) -> Figure:
     """Draw means over a setting x: a curve for each controller, a level line for one without x."""
-    x = _named(options.x, options.groups) if options.x else _varied(options.groups)
+    if options.x:  # `beta` or `weighting.beta`
+        known = dict(chain(*(_numeric(group).items() for group in options.groups)))
+        x = resolve(options.x, known, "number behind these episodes")
+    else:
+        x = _varied(options.groups)
     having = [group for group in options.groups if x in group.numbers]
     panels = _panels(options, having, x)
     ends = [float(group.numbers[x]) for group in having]
@@ -63,12 +67,6 @@ def _panels(
         for setup, each in setups.items()
         if setup not in short
     }
-
-
-def _named(name: str, groups: Sequence[EpisodeGroup]) -> str:
-    """The full name of a setting, given as `beta` or `weighting.beta`."""
-    known = dict(chain(*(_numeric(group).items() for group in groups)))
-    return resolve(name, known, "number behind these episodes")
 
 
 def _varied(groups: Sequence[EpisodeGroup]) -> str:

@@ -92,8 +92,6 @@ def read_card(file: Path) -> TrainingCard:
 
 def _names(files: Sequence[Path]) -> list[str]:
     """The shortest path endings that tell the files apart."""
-    if len(set(files)) < len(files):
-        raise ConfigError("a policy card is named twice")
     parts = [file.with_suffix("").parts for file in files]
     depths = range(1, max(map(len, parts)) + 1)
     endings = (["/".join(each[-depth:]) for each in parts] for depth in depths)

@@ -5,7 +5,7 @@ again, whose round trips must be those that the dataset holds.
 """
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,37 +27,33 @@ from swarm_forage_env.task import stage_of, task_of
 LOGGER = logging.getLogger("swarm-forage")
 
 CELL = 0.02  # side of a cell, about: the cells fill the arena [m]
-MAX_PANELS = 6  # panels, at most
 
 
 @dataclass(frozen=True)
-class Job:
-    """An episode to draw."""
+class Shown:
+    """The episode of one panel."""
 
-    scenario: Scenario
-    seed: int
+    setup: str
     controller: str  # by its name
-    places: Iterator[Array]  # of the robots, after each tick or after all of them
-    is_kept: bool = False  # they are those of a trajectory
+    seed: int
+    density: Density
+    is_kept: bool = False  # it is that of a trajectory
 
 
 @figure("paths", *SELECTION, "seed")
 def draw(options: PlotOptions) -> Figure:
     """Draw the maps, from a dataset or from SCENARIO CONTROLLER..., a panel for each."""
     is_dataset = Path(options.sources[0]).is_dir()
-    jobs = _evaluated(options) if is_dataset else _asked(options)
-    if len(jobs) > MAX_PANELS:
-        raise ConfigError(
-            f"{len(jobs)} configurations: at most {MAX_PANELS} in a figure; choose with"
-            " --controller or --scenario"
-        )
-    densities = {title: _density(job) for title, job in jobs.items()}
-    setups = {title.partition("\n")[0] for title in densities}
-    note = f"one episode each, seed {', '.join(sorted({str(job.seed) for job in jobs.values()}))}"
+    shown = list(_evaluated(options) if is_dataset else _asked(options))
+    setups = {each.setup for each in shown}
+    note = f"one episode each, seed {', '.join(sorted({str(each.seed) for each in shown}))}"
     if len(setups) == 1:
         note = f"{min(setups)}, {note}"
-        densities = {title.partition("\n")[2]: each for title, each in densities.items()}
-    made = "as evaluated" if all(job.is_kept for job in jobs.values()) else "run for this figure"
+    densities = {
+        each.controller if len(setups) == 1 else f"{each.setup}\n{each.controller}": each.density
+        for each in shown
+    }
+    made = "as evaluated" if all(each.is_kept for each in shown) else "run for this figure"
     text = (
         f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}. The"
         " frame has the colour of the controller."
@@ -65,9 +61,8 @@ def draw(options: PlotOptions) -> Figure:
     return density_panels(densities, options.caption(text, note=note))
 
 
-def _evaluated(options: PlotOptions) -> dict[str, Job]:
-    """The first episode of every group, or the one with the seed, by title."""
-    jobs: dict[str, Job] = {}
+def _evaluated(options: PlotOptions) -> Iterator[Shown]:
+    """The first episode of every group, or the one with the seed."""
     for group in options.foraging_groups:
         seeds = [episode.seed for episode in group.episodes]
         seed = seeds[0] if options.seed is None else options.seed
@@ -75,17 +70,17 @@ def _evaluated(options: PlotOptions) -> dict[str, Job]:
             raise ConfigError(
                 f"--seed {seed}: {group.label()} has the seeds {seeds[0]} to {seeds[-1]} here"
             )
-        title = f"{group.setup()}\n{group.label()}"
+        named = group.setup(), group.label(), seed
         if trajectory := find_trajectory(options.sources, group.key, seed):
-            jobs[title] = Job(group.model(), seed, group.label(), _places(trajectory), True)
-            continue
-        _check_same_code(group)
-        trips = group.episodes[seeds.index(seed)].round_trips
-        jobs[title] = _run(title, group.configuration(), seed, trips)
-    return jobs
+            density = _density(group.model(), group.label(), _kept_places(trajectory))
+            yield Shown(*named, density, is_kept=True)
+        else:
+            _check_same_code(group)
+            trips = group.episodes[seeds.index(seed)].round_trips
+            yield _run(group.configuration(), *named, trips)
 
 
-def _asked(options: PlotOptions) -> dict[str, Job]:
+def _asked(options: PlotOptions) -> Iterator[Shown]:
     scenario, *controllers = options.sources
     if not controllers or {"scenario", "controller"} & options.choices.keys():
         raise ConfigError(
@@ -93,15 +88,13 @@ def _asked(options: PlotOptions) -> dict[str, Job]:
             " controllers without further choice, as in swarm-forage plot paths es1 nc ssgikf"
         )
     request = EvaluateOptions(scenario, controllers, episodes=1, seed=options.seed or 0)
-    jobs = {}
     for each in request.configurations():
         if task_of(each.scenario).name != "foraging":
             raise ConfigError(
                 f"scenario '{each.scenario.name}': paths are shown of robots that forage, as in es1"
             )
-        title = f"{each.scenario.name}, {each.physics}\n{each.label}"
-        jobs[title] = _run(title, each, request.seeds()[0])
-    return jobs
+        setup = f"{each.scenario.name}, {each.physics}"
+        yield _run(each, setup, each.label, request.seeds()[0])
 
 
 def _check_same_code(group: EpisodeGroup) -> None:
@@ -115,41 +108,43 @@ def _check_same_code(group: EpisodeGroup) -> None:
         )
 
 
-def _places(file: Path) -> Iterator[Array]:
+def _kept_places(file: Path) -> Iterator[Array]:
     """Where the robots were after every tick: x and y, a row for each."""
     table = read_trajectory(file)
     places = np.stack([table["x"].to_numpy(), table["y"].to_numpy()], axis=1)
     yield np.asarray(places[table["t"].to_numpy() > 0.0], np.float64)
 
 
-def _run(title: str, of: ExperimentConfig, seed: int, trips: int | None = None) -> Job:
-    """An episode that is run as it is drawn; ConfigError then, if it makes other round trips."""
+def _run(
+    of: ExperimentConfig, setup: str, label: str, seed: int, trips: int | None = None
+) -> Shown:
+    """An episode that is run again; ConfigError if it makes other round trips than it made."""
+    LOGGER.warning("running %s, %s, seed %d", setup, label, seed)
+    loop = Loop(of.scenario, of.controller, [seed], of.physics)
 
     def places() -> Iterator[Array]:
-        LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), seed)
-        loop = Loop(of.scenario, of.controller, [seed], of.physics)
         for _ in range(of.scenario.n_ticks):
             loop.step()
             yield loop.world.robots["pose"][0, :, :2]
-        made = int(loop.world.robots["round_trips"].sum())
-        if trips is not None and made != trips:
-            raise ConfigError(
-                f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made"
-                " with other libraries or on another machine; evaluate into another folder"
-            )
 
-    return Job(of.scenario, seed, of.label, places())
+    density = _density(of.scenario, label, places())
+    made = int(loop.world.robots["round_trips"].sum())
+    if trips is not None and made != trips:
+        raise ConfigError(
+            f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made"
+            " with other libraries or on another machine; evaluate into another folder"
+        )
+    return Shown(setup, label, seed, density)
 
 
-def _density(job: Job) -> Density:
-    """The mean over all ticks of the robots in each cell."""
-    scenario = job.scenario
+def _density(scenario: Scenario, controller: str, every: Iterable[Array]) -> Density:
+    """The mean over all ticks of the robots in each cell, from their places."""
     size = scenario.arena.length, scenario.arena.width
     n_cells = [max(1, round(side / CELL)) for side in size]
     counts = np.zeros(n_cells)
-    for place in job.places:
-        cells = np.clip(((place / size + 0.5) * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
+    for places in every:
+        cells = ((places / size + 0.5) * n_cells).astype(np.int64)
+        cells = np.clip(cells, 0, np.array(n_cells) - 1)
         np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
     cell_area = size[0] * size[1] / counts.size
-    values = counts.T / (scenario.n_ticks * cell_area)
-    return values, stage_of(scenario, job.controller)
+    return counts.T / (scenario.n_ticks * cell_area), stage_of(scenario, controller)
