@@ -1,6 +1,7 @@
 """Heat maps in panels: shaded tables, robot densities over the arena, and confidence weights."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import chain, pairwise
 from typing import Literal
 
@@ -209,26 +210,18 @@ def draw_arena(axes: Axes, stage: Stage) -> list[str]:
             image.set_clip_path(wall)
     for outline in stage.obstacles:
         _draw_obstacle(axes, outline)
-    names = list(dict.fromkeys(stage.names))
+    names, width = list(dict.fromkeys(stage.names)), style_in_use().points(1.4)
+    dashes = {name: DASHES[number % len(DASHES)] for number, name in enumerate(names)}
+    for name in names:
+        axes.plot([], [], color=INK, linewidth=width, linestyle=dashes[name], label=name)
     moved = {area: (x, y) for area, _, x, y in stage.moves}
-    for area, (name, centre) in enumerate(zip(stage.names, stage.areas, strict=True)):
-        dashes = DASHES[names.index(name) % len(DASHES)]
-        if stage.names.index(name) == area:
-            width = style_in_use().points(1.4)
-            axes.plot([], [], color=INK, linewidth=width, linestyle=dashes, label=name)
-        for place in (centre, moved.get(area)):
-            if place is not None:
-                _draw_area(axes, place, stage.area_radius, dashes)
+    for area, centre in [*enumerate(stage.areas), *moved.items()]:
+        circle = partial(Circle, tuple(centre), stage.area_radius, fill=False)
+        axes.add_patch(circle(color="white", lw=2.4 * width))
+        axes.add_patch(circle(color=INK, lw=width, ls=dashes[stage.names[area]]))
     axes.set_xlim(-stage.length / 2, stage.length / 2)
     axes.set_ylim(-stage.width / 2, stage.width / 2)
     return names
-
-
-def _draw_area(axes: Axes, centre: Sequence[float], radius: float, dashes: str) -> None:
-    width = style_in_use().points(1.4)
-    x, y = map(float, centre)
-    axes.add_patch(Circle((x, y), radius, fill=False, color="white", lw=2.4 * width))
-    axes.add_patch(Circle((x, y), radius, fill=False, color=INK, lw=width, ls=dashes))
 
 
 def _draw_obstacle(axes: Axes, outline: Outline) -> None:

@@ -28,7 +28,7 @@ from ray._private import worker as ray_worker
 from ray.exceptions import RayError, RayTaskError
 
 from baselines.evaluation.backends import Backend, JobT, Results, ResultT
-from baselines.evaluation.experiment_config import LIBRARIES
+from baselines.evaluation.experiment_config import LIBRARIES, OURS
 from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
@@ -37,8 +37,6 @@ MAX_RETRIES = 10
 """How often a call is run again whose worker or node died; one that kills its worker ends so."""
 
 WAIT = 10.0  # how long to wait for an address to answer [s]
-
-PACKAGES = ("swarm_forage_env", "baselines", "training")
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ def code_here() -> str:
     text = hashlib.sha256(platform.python_version().encode())
     for library in LIBRARIES:
         text.update(version(library).encode())
-    for name in PACKAGES:
+    for name in OURS:
         folder = Path(import_module(name).__path__[0])
         for file in sorted(folder.rglob("*.py")):
             text.update(f"{file.relative_to(folder)}\n".encode() + file.read_bytes())

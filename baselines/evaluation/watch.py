@@ -42,11 +42,6 @@ class WatchOptions:
     html: Path | None = None
     frame: Path | None = None
 
-    @property
-    def in_a_window(self) -> bool:
-        """Whether no file is written, so that a window opens."""
-        return not (self.video or self.html or self.frame)
-
 
 def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
     """Run one episode and show it; of two controllers side by side, under the same seed."""
@@ -176,7 +171,8 @@ def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
             raise ConfigError(
                 f"{option}={robot}: must be 0 to {stage.n_robots - 1}, a robot of {stage.scenario}"
             )
-    if options.drive is not None and (options.start or not options.in_a_window):
+    files = options.video or options.html or options.frame
+    if options.drive is not None and (options.start or files):
         raise ConfigError(
             f"--drive={options.drive}: a robot is driven in a window, from the start on; leave out"
             " --start, --video, --html and --frame"

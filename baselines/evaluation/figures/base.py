@@ -88,26 +88,27 @@ class PlotOptions:
         return Caption(text, note or counted(groups), self.command, codes(groups))
 
 
+Draw = Callable[[PlotOptions], Figure]
+"""Draws a figure; ConfigError if the sources lack what it needs."""
+
+
 @dataclass(frozen=True)
 class FigureKind:
     """A kind of figure, and the options that it has."""
 
-    draw: Callable[[PlotOptions], Figure]
-    """Draws the figure; ConfigError if the sources lack what it needs."""
-    options: frozenset[str]
+    draw: Draw
+    options: tuple[str, ...]
 
 
 FIGURES: Registry[FigureKind] = Registry("kind of figure")  # the kinds of figures by name
 SELECTION = "scenario", "controller"  # options of every kind that reads a dataset
 
 
-def figure(
-    name: str, *options: str
-) -> Callable[[Callable[[PlotOptions], Figure]], Callable[[PlotOptions], Figure]]:
+def figure(name: str, *options: str) -> Callable[[Draw], Draw]:
     """Enter the decorated function as a kind of figure that has these options."""
 
-    def enter(draw: Callable[[PlotOptions], Figure]) -> Callable[[PlotOptions], Figure]:
-        FIGURES.register(name)(FigureKind(draw, frozenset(options)))
+    def enter(draw: Draw) -> Draw:
+        FIGURES.register(name)(FigureKind(draw, options))
         return draw
 
     return enter

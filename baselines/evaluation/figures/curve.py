@@ -143,24 +143,20 @@ def _axis(x: str, group: EpisodeGroup) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
+OVER_TIME: dict[str, tuple[str, str, Callable[[Sequence[ForagingEpisode]], Means]]] = {
+    "on-path": ("Robots that know both areas.", "robots on the path [%]", path_over_time),
+    "recruitment": (
+        "Robots that have visited both areas.", "robots recruited [%]", recruited_over_time,
+    ),
+}  # fmt: skip
+"""What a caption and an axis say of each share of the robots over time, and the curve."""
+
+
 @figure("on-path", *SELECTION)
-def draw_on_path(options: PlotOptions) -> Figure:
-    """Draw the share of the robots on the path over time."""
-    words, axis = "Robots that know both areas.", "robots on the path [%]"
-    return _share_over_time(options, words, axis, path_over_time)
-
-
 @figure("recruitment", *SELECTION)
-def draw_recruitment(options: PlotOptions) -> Figure:
-    """Draw the share of the robots that have visited both areas over time."""
-    words, axis = "Robots that have visited both areas.", "robots recruited [%]"
-    return _share_over_time(options, words, axis, recruited_over_time)
-
-
-def _share_over_time(
-    options: PlotOptions, words: str, axis: str, curve: Callable[[Sequence[ForagingEpisode]], Means]
-) -> Figure:
-    """A curve with its band for each controller, a panel for each setup."""
+def draw_share_over_time(options: PlotOptions) -> Figure:
+    """Draw a curve with its band for each controller, a panel for each setup."""
+    words, axis, curve = OVER_TIME[options.kind]
     panels = {
         setup: {each.label(): curve(each.episodes) for each in groups}
         for setup, groups in by_setup(options.foraging_groups).items()
