@@ -98,8 +98,6 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
         raise ConfigError(f"scenario '{first.scenario.name}': a page runs worlds that forage alone")
     stage = stage_of(first.scenario, first.label)
     every = max(1, round(FRAME / stage.tick))
-    for each in configurations:
-        memory_of(_changed(each, {}).loop)  # which may refuse it
     changed = [dict(_changes(each)) for each in configurations]
     possible = (_slider(name, configurations, changed) for name in WORDS)
     sliders = [each for each in possible if each]

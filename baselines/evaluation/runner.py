@@ -97,7 +97,12 @@ class Plan:
             files = self.dataset.files(own).items() if renamed else ()
             for_seeds = [file for seeds, file in files if not renamed.isdisjoint(seeds)]
             _many_at_a_time(partial(self.dataset.relabel, own), for_seeds)
-        compile_all([self._named[key] for key in self.todo], tell, backend.device)
+        missing = [self._named[key] for key in self.todo]
+        for number, own in enumerate(missing, 1):
+            which = f"compiling {number} of {len(missing)}, {own.label}"
+            with compiling_told(lambda function, which=which: tell(f"{which}: {function}")):  # type: ignore[misc]
+                warm_up(own, backend.device)
+        tell("")
         blocks = self.blocks(backend)
         run = partial(_run_block, backend=backend, is_recorded=self.trajectories is not None)
         with closing(backend.run(run, blocks)) as finished:
@@ -149,19 +154,6 @@ def evaluate(
     for _ in plan.run(backend or JoblibBackend()):
         pass
     return plan.results()
-
-
-def compile_all(
-    configurations: Sequence[ExperimentConfig],
-    tell: Callable[[str], None],
-    device: Device = "cpu",
-) -> None:
-    """Compile what each configuration needs; `tell` receives configuration and function."""
-    for number, configuration in enumerate(configurations, 1):
-        which = f"compiling {number} of {len(configurations)}, {configuration.label}"
-        with compiling_told(lambda function, which=which: tell(f"{which}: {function}")):  # type: ignore[misc]
-            warm_up(configuration, device)
-    tell("")
 
 
 def warm_up(configuration: ExperimentConfig, device: Device = "cpu") -> None:

@@ -177,19 +177,21 @@ def noise_lines(
     """
     if not isinstance(episodes[0][0], ForagingEpisode):
         return
-    trips = [np.array(present_values(own, "round_trips")) for own in episodes]
-    parameters = [each.controller.parameters for each in configurations]
-    for configuration, own, mine in zip(configurations, parameters, trips, strict=True):
-        noisy = own | {"policy.chance": True}
-        with_noise = [t.mean() for p, t in zip(parameters, trips, strict=True) if p == noisy]
-        if own.get("policy.chance") is False and (reason := _reason(mine, *with_noise[:1])):
+    policies = [
+        (each.label, each.controller.parameters, np.array(scores(own)))
+        for each, own in zip(configurations, episodes, strict=True)
+    ]
+    for label, parameters, trips in policies:
+        noisy = parameters | {"policy.chance": True}
+        with_noise = max((each.mean() for _, own, each in policies if own == noisy), default=0.0)
+        if parameters.get("policy.chance") is False and (reason := _reason(trips, with_noise)):
             yield (
-                f"policy {configuration.label} searches by its noise: {reason}; compare it with"
-                f" {configuration.label},chance=true"
+                f"policy {label} searches by its noise: {reason}; compare it with"
+                f" {label},chance=true"
             )
 
 
-def _reason(trips: Array, with_noise: float = 0.0) -> str:
+def _reason(trips: Array, with_noise: float) -> str:
     """Why a policy without noise seems to search by it; empty if it does not."""
     spread = trips.std(ddof=1) if len(trips) > 1 else 0.0
     if spread > max(WIDE, SHARE * trips.mean()):
