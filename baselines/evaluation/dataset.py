@@ -146,14 +146,8 @@ class Dataset:
                 files[range(int(match[1]), int(match[2] or match[1]) + 1)] = file
         return dict(sorted(files.items(), key=lambda each: -len(each[0])))
 
-    def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
-        """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
-        return self.find_all(configuration, [seed]).get(seed)
-
-    def find_all(
-        self, configuration: ExperimentConfig, seeds: Iterable[int]
-    ) -> dict[int, AnyEpisode]:
-        """Read the kept ones of some episodes, by seed."""
+    def find(self, configuration: ExperimentConfig, seeds: Iterable[int]) -> dict[int, AnyEpisode]:
+        """Read the kept ones of some episodes, by seed; damaged files are set aside."""
         kind, wanted = task_of(configuration.scenario).episode, set(seeds)
         episodes: dict[int, AnyEpisode] = {}
         for own, file in self.files(configuration).items():

@@ -59,7 +59,7 @@ class Plan:
         self._named = {each.key: each for each in configurations}
         self._stored: dict[str, dict[int, AnyEpisode]] = {}
         for key, configuration in self._named.items():
-            found = dataset.find_all(configuration, seeds)
+            found = dataset.find(configuration, seeds)
             self._stored[key] = {
                 seed: episode
                 for seed, episode in found.items()

@@ -29,8 +29,7 @@ def file(dataset, configuration, episode):
 
 
 def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episode):
-    assert dataset.find(configuration, 3) == episode
-    assert dataset.find(configuration, 4) is None
+    assert dataset.find(configuration, [3, 4]) == {3: episode}
     place = f"scenario=es1/controller=ssgikf/{configuration.key}-seed00000003.parquet"
     assert file == dataset.folder / place, "where readers of Hive partitions look"
 
@@ -49,7 +48,7 @@ def test_episodes_whose_seeds_follow_each_other_are_a_file_and_found(
     names = {file.name for file in dataset.folder.rglob("*.parquet")}
     ends = "seed00000003-00000005.parquet", "seed00000009.parquet"
     assert names == {f"{configuration.key}-{end}" for end in ends}
-    assert dataset.find_all(configuration, [9, 2, 5]) == {seed: together[seed] for seed in (9, 5)}
+    assert dataset.find(configuration, [9, 2, 5]) == {seed: together[seed] for seed in (9, 5)}
     missing = dataset.missing(configuration, range(2, 7))
     assert missing == [dataset.place(configuration, seed) for seed in (2, 6)]
     assert sorted(pq.read_table(dataset.folder)["seed"].to_pylist()) == [3, 4, 5, 9]
@@ -64,7 +63,7 @@ def test_a_file_of_several_with_other_seeds_than_its_name_says_is_set_aside(
     file = dataset.place(configuration, 3, 5)
     rows = pq.ParquetFile(file).read().to_pylist()
     file.write_bytes(written(table_of(*(rows[0] | {"seed": seed} for seed in change))))
-    assert dataset.find_all(configuration, range(10)) == {9: together[9]}
+    assert dataset.find(configuration, range(10)) == {9: together[9]}
     assert not file.exists()
 
 
@@ -82,7 +81,7 @@ def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
     controller = find_layered_controller("nc")
     configuration = ExperimentConfig("nc", Scenario(name="../../a=b/ä"), controller)
     dataset.keep(configuration, [episode])
-    assert dataset.find(configuration, 3)
+    assert dataset.find(configuration, [3])
     assert pq.read_table(dataset.folder)["scenario"].to_pylist() == ["../../a=b/ä"]
     assert dataset.place(configuration, 3).resolve().is_relative_to(dataset.folder.resolve())
 
@@ -147,14 +146,14 @@ def test_a_damaged_file_is_set_aside_with_one_line(
     row = pq.read_table(pa.BufferReader(file.read_bytes())).to_pylist()[0]
     file.write_bytes(damage(file.read_bytes(), row))
     with caplog.at_level(logging.WARNING):
-        assert dataset.find(configuration, 3) is None
+        assert not dataset.find(configuration, [3])
     assert not file.exists()
     (aside,) = file.parent.glob("*.damaged")
     (line,) = caplog.messages
     assert re.search(f"{re.escape(str(aside))}.*run again", line)
     assert "\n" not in line
     dataset.keep(configuration, [episode])
-    assert dataset.find(configuration, 3) == episode
+    assert dataset.find(configuration, [3]) == {3: episode}
     assert len(pq.read_table(dataset.folder)) == 1, "readers pass over what was set aside"
 
 
@@ -204,4 +203,4 @@ def test_a_file_is_written_again_if_another_run_sweeps_its_temporary(
     monkeypatch.setattr(Path, "replace", sweep_first)
     dataset.keep(configuration, [episode])
     assert swept
-    assert dataset.find(configuration, 3) == episode
+    assert dataset.find(configuration, [3]) == {3: episode}

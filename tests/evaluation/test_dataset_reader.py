@@ -94,7 +94,7 @@ def test_a_dataset_kept_before_names_were_is_read_as_it_was(kept, configure, epi
     for file in files(kept):  # which held no name that was asked for
         pq.write_table(pq.ParquetFile(file).read().replace_schema_metadata(None), file)
     assert names_of(kept) == before
-    assert kept.find(configure("ssgiff:beta=0.01"), 1).controller == "ssgiff"
+    assert kept.find(configure("ssgiff:beta=0.01"), [1])[1].controller == "ssgiff"
 
 
 def test_two_configurations_asked_for_by_one_name_are_told_apart(dataset, configure, episode):

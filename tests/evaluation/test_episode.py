@@ -141,9 +141,9 @@ def test_a_dataset_of_before_is_read_in_which_no_error_was_ever_missing(dataset,
 def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_episode, episode):
     configuration = configuration_of()
     dataset.keep(configuration, [episode])
-    assert dataset.find(configuration, 3) is None
+    assert not dataset.find(configuration, [3])
     dataset.keep(configuration, [waypoint_episode])
-    assert dataset.find(configuration, 3) == waypoint_episode
+    assert dataset.find(configuration, [3]) == {3: waypoint_episode}
 
 
 def test_the_table_shows_means_and_compares_goals(waypoint_episode):
