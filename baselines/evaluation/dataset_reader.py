@@ -47,6 +47,7 @@ class EpisodeGroup:
     controller: str  # its name, without its parameters
     asked: str  # the controller as the user named it, with parameters, if so
     episodes: tuple[Any, ...]  # all of one task
+    # The columns of `IDENTITY`, in its order:
     overrides: str
     parameters: str
     settings: str
