@@ -20,10 +20,10 @@ Not in the paper, and chosen here:
 import csv
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, partial
 from importlib.resources import files
-from itertools import chain, product
+from itertools import product
 from typing import ClassVar, cast
 
 import numpy as np
@@ -33,9 +33,9 @@ from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
 from baselines.papers.claim_types import Claim, Order, Verdict
-from baselines.papers.experiments import Experiment, Results, sample
+from baselines.papers.experiments import Experiment, Results, present
 from baselines.papers.figures import PaperFigure
-from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.paper import Paper
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 SIZES = (5, 10, 25, 50)
@@ -110,12 +110,6 @@ def published() -> dict[Cell, dict[str, tuple[float, float]]]:
     }
 
 
-def values(results: Results, experiment: Experiment, measure: Measure) -> list[float]:
-    """The measure of every trial that has one."""
-    numbers = sample(results, experiment, measure)
-    return [value for value in numbers if not math.isnan(value)]
-
-
 def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
     """Deviation of our mean from a published one, in standard errors of the difference.
 
@@ -136,12 +130,12 @@ class MeanMatches(Claim):
 
     cell: Cell
     measure: Measure
-    text: str = field(init=False)
 
-    def __post_init__(self) -> None:
+    @property
+    def text(self) -> str:  # type: ignore[override]
+        """The measure and the experiment in words."""
         estimator, rule, size = self.cell
-        words = f"{self.measure.words}, {ESTIMATORS[estimator]}, {rule}, {size} robots"
-        object.__setattr__(self, "text", f"authors: {words}")
+        return f"authors: {self.measure.words}, {ESTIMATORS[estimator]}, {rule}, {size} robots"
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -151,11 +145,11 @@ class MeanMatches(Claim):
     def deviation(self, results: Results) -> float:
         """The deviation from the published mean, in standard errors."""
         mean, sd = published()[self.cell][self.measure.column]
-        return deviation(values(results, self.experiments[0], self.measure), mean, sd)
+        return deviation(present(results, self.experiments[0], self.measure), mean, sd)
 
     def _verdict(self, results: Results) -> Verdict:
         mean, _ = published()[self.cell][self.measure.column]
-        ours = mean_interval(values(results, self.experiments[0], self.measure))
+        ours = mean_interval(present(results, self.experiments[0], self.measure))
         return mean, ours, abs(self.deviation(results)) <= ERRORS, None
 
 
@@ -226,12 +220,15 @@ def estimator_orders(setting: str) -> Iterator[Order]:
         yield Order(f"{setting}: {words}", pairs, measure)
 
 
-def claims() -> list[Claim]:
-    """Every claim on BOIDS: published means, deviations, divergences, and orders."""
-    met = tuple(MeanMatches(*each) for each in product(published(), MEASURES))
-    no_divergence = NoDivergence(all_experiments("corrected"))
-    orders = (chain(rule_orders(each), estimator_orders(each)) for each in SETTINGS)
-    return [*met, AllMeansMatch(met), no_divergence, *chain.from_iterable(orders)]
+MEANS = tuple(MeanMatches(*each) for each in product(published(), MEASURES))
+
+CLAIMS = (
+    *MEANS,
+    AllMeansMatch(MEANS),
+    NoDivergence(all_experiments("corrected")),
+    *(claim for each in SETTINGS for claim in (*rule_orders(each), *estimator_orders(each))),
+)
+"""Published means, deviations, divergences, and orders."""
 
 
 @dataclass(frozen=True)
@@ -260,7 +257,7 @@ class OverDensity(PaperFigure):
 
     def _bars(self, results: Results, estimator: str, rule: str) -> Means:
         ours = [
-            values(results, boids_experiment(self.setting, estimator, rule, size), self.measure)
+            present(results, boids_experiment(self.setting, estimator, rule, size), self.measure)
             for size in SIZES
         ]
         column, nobody = self.measure.column, (np.nan, np.nan)
@@ -289,17 +286,12 @@ def figures() -> list[PaperFigure]:
     ]
 
 
-@PAPERS.register("adaptive-boids")
-def adaptive_boids() -> Paper:
-    """The paper BOIDS: every experiment, figure and order of Section 4."""
-    return Paper(
-        "adaptive-boids", "adaptive_boids", tuple(claims()), tuple(figures()), TRIALS, LEFT_OPEN
-    )
-
-
 LEFT_OPEN = {
     "The world": "swarm_forage_env.waypoints.scenario",
     "Where a robot believes it is": "baselines.estimators.localisation",
     "Steering": "baselines.motion.boids",
     "The experiments": "baselines.papers.adaptive_boids",
 }
+
+PAPER = Paper("adaptive-boids", CLAIMS, tuple(figures()), TRIALS, LEFT_OPEN)
+"""BOIDS: every experiment, figure and order of Section 4."""

@@ -27,7 +27,7 @@ from baselines.papers.experiments import (
     sample,
 )
 from baselines.papers.figures import Boxes, Curves, PaperFigure, time_of_each_robot
-from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.paper import Paper
 from baselines.papers.social_odometry import LEFT_OPEN as TR_LEFT_OPEN
 
 SCENARIO = "ants2008"
@@ -140,8 +140,5 @@ def figures() -> list[PaperFigure]:
 
 LEFT_OPEN = {**TR_LEFT_OPEN, "The experiments": "baselines.papers.ants2008"}
 
-
-@PAPERS.register("ants2008")
-def ants2008() -> Paper:
-    """The paper ANTS: every claim and figure of Section 5."""
-    return Paper("ants2008", "ants2008", tuple(claims()), tuple(figures()), 30, LEFT_OPEN)
+PAPER = Paper("ants2008", tuple(claims()), tuple(figures()), 30, LEFT_OPEN)
+"""ANTS: every claim and figure of Section 5."""

@@ -22,8 +22,8 @@ from baselines.evaluation.statistics import Estimate, compare, mean_interval
 from baselines.evaluation.tables import markdown
 from baselines.papers.claim_types import Order, above, present_pairs
 from baselines.papers.experiments import Experiment, Metric, Results, round_trips
-from baselines.papers.figures import Against, PaperFigure, RatioMaps
-from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.figures import Against, RatioMaps
+from baselines.papers.paper import Paper
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 ARENAS = ("es1", "es2")
@@ -41,35 +41,12 @@ ESTIMATORS: Mapping[str, tuple[str, float]] = {
 }
 """Layers below the motion, and the p at which adaptive boids trust nothing, by estimator."""
 
-LEFT_OPEN = {
-    "The filters among e-pucks": "baselines.estimators.localisation:Localisation",
-    "Steering": "baselines.motion.boids_foraging",
-    "The experiment": "baselines.papers.boids_foraging",
-}
-
 
 def localisation_error(episode: ForagingEpisode) -> float:
     """Metric: mean error of the areas that robots know of [cm]; NaN if they never knew any."""
     error = episode.localisation_error_m
     return math.nan if error is None else 100.0 * error
 
-
-ESTIMATOR_ORDERS = (
-    ("SGIKF", "dead reckoning", round_trips),
-    ("SGIKF", "covariance intersection", round_trips),
-    ("SGIFF", "SGIKF", round_trips),
-    ("dead reckoning", "covariance intersection", localisation_error),
-)  # fmt: skip
-"""Orders of two estimators, and of what; each is tested under every motion."""
-
-MOTION_ORDERS = (
-    ("subsumption", "boids-goal", round_trips),
-    ("boids-goal", "boids-adaptive", round_trips),
-    ("boids-adaptive", "boids-static", round_trips),
-    ("learned-motion", "subsumption", round_trips),
-    ("boids-goal", "boids-adaptive", localisation_error),
-)  # fmt: skip
-"""Orders of two motions, and of what; each is tested over every estimator."""
 
 WORDS = {round_trips: "", localisation_error: ", localisation error"}
 
@@ -86,46 +63,51 @@ def base(arena: str) -> Experiment:
     return pair(arena, "subsumption", "SGIKF")
 
 
-def across_motions() -> list[Order]:
-    """The orders of estimators, each under every motion."""
-    return [
-        Order(
-            f"{arena}{WORDS[metric]}: {more} above {less}, every motion",
-            tuple((pair(arena, each, more), pair(arena, each, less)) for each in MOTIONS),
-            metric,
-        )
-        for arena in ARENAS
-        for more, less, metric in ESTIMATOR_ORDERS
-    ]
+ACROSS_MOTIONS = [
+    Order(
+        f"{arena}{WORDS[metric]}: {more} above {less}, every motion",
+        tuple((pair(arena, each, more), pair(arena, each, less)) for each in MOTIONS),
+        metric,
+    )
+    for arena in ARENAS
+    for more, less, metric in (
+        ("SGIKF", "dead reckoning", round_trips),
+        ("SGIKF", "covariance intersection", round_trips),
+        ("SGIFF", "SGIKF", round_trips),
+        ("dead reckoning", "covariance intersection", localisation_error),
+    )
+]
+"""The orders of estimators, each under every motion."""
+
+ACROSS_ESTIMATORS = [
+    Order(
+        f"{arena}{WORDS[metric]}: {more} above {less}, every estimator",
+        tuple((pair(arena, more, each), pair(arena, less, each)) for each in ESTIMATORS),
+        metric,
+    )
+    for arena in ARENAS
+    for more, less, metric in (
+        ("subsumption", "boids-goal", round_trips),
+        ("boids-goal", "boids-adaptive", round_trips),
+        ("boids-adaptive", "boids-static", round_trips),
+        ("learned-motion", "subsumption", round_trips),
+        ("boids-goal", "boids-adaptive", localisation_error),
+    )
+]
+"""The orders of motions, each over every estimator."""
 
 
-def across_estimators() -> list[Order]:
-    """The orders of motions, each over every estimator."""
-    return [
-        Order(
-            f"{arena}{WORDS[metric]}: {more} above {less}, every estimator",
-            tuple((pair(arena, more, each), pair(arena, less, each)) for each in ESTIMATORS),
-            metric,
-        )
-        for arena in ARENAS
-        for more, less, metric in MOTION_ORDERS
-    ]
-
-
-def figures() -> list[PaperFigure]:
-    """The heat map of the round trips of every pair, a panel for each arena."""
-    panels: dict[str, dict[str, dict[str, Against]]] = {
-        arena: {
-            motion: {
-                name.replace(" ", "\n"): (pair(arena, motion, name), base(arena))
-                for name in ESTIMATORS
-            }
-            for motion in MOTIONS
+CAPTION = "Round trips of ssgikf, and of each motion over each estimator as a multiple of them."
+RATIOS: Mapping[str, Mapping[str, Mapping[str, Against]]] = {
+    arena: {
+        motion: {
+            name.replace(" ", "\n"): (pair(arena, motion, name), base(arena)) for name in ESTIMATORS
         }
-        for arena in ARENAS
+        for motion in MOTIONS
     }
-    caption = "Round trips of ssgikf, and of each motion over each estimator as a multiple of them."
-    return [RatioMaps("boids_foraging", caption, panels)]
+    for arena in ARENAS
+}
+"""Round trips of every pair, a panel for each arena."""
 
 
 def table(results: Results) -> str:
@@ -133,8 +115,8 @@ def table(results: Results) -> str:
     return "\n\n".join((
         _means(results, "round trips", round_trips),
         _means(results, "error [cm]", localisation_error),
-        _ratios(results, across_motions(), MOTIONS),
-        _ratios(results, across_estimators(), list(ESTIMATORS)),
+        _ratios(results, ACROSS_MOTIONS, MOTIONS),
+        _ratios(results, ACROSS_ESTIMATORS, list(ESTIMATORS)),
     ))  # fmt: skip
 
 
@@ -182,8 +164,14 @@ def _marked(
     return f"{text} †" if above(compare(less, more)) else text
 
 
-@PAPERS.register("boids-foraging")
-def boids_foraging() -> Paper:
-    """The experiment of every motion over every estimator, as a paper."""
-    made = (*across_motions(), *across_estimators()), tuple(figures())
-    return Paper("boids-foraging", "boids_foraging", *made, 30, LEFT_OPEN, table)
+LEFT_OPEN = {
+    "The filters among e-pucks": "baselines.estimators.localisation:Localisation",
+    "Steering": "baselines.motion.boids_foraging",
+    "The experiment": "baselines.papers.boids_foraging",
+}
+
+CLAIMS = (*ACROSS_MOTIONS, *ACROSS_ESTIMATORS)
+FIGURES = (RatioMaps("boids_foraging", CAPTION, RATIOS),)
+
+PAPER = Paper("boids-foraging", CLAIMS, FIGURES, 30, LEFT_OPEN, table)
+"""The experiment of every motion over every estimator."""

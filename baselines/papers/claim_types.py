@@ -6,7 +6,7 @@ touching that band; a share within 10 points; an order with a Mann-Whitney p bel
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 from baselines.papers.experiments import (
@@ -57,10 +57,6 @@ class ClaimResult:
     reproduced: bool
     p: float | None = None
     """Of a comparison: its Mann-Whitney p, the largest one of several."""
-
-    def as_row(self) -> dict[str, object]:
-        """The result as a dictionary for JSON."""
-        return {name: value for name, value in asdict(self).items() if name != "p"}
 
 
 @dataclass(frozen=True)

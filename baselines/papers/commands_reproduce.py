@@ -94,28 +94,26 @@ def reproduce(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.runner import check_kept
     from baselines.papers import report
     from baselines.papers.reproduction import ADAPTIVE, ReproduceOptions, Reproduction
-    from baselines.papers.sequential import decided_table
 
     adaptive = episodes == ADAPTIVE
     n = _number(episodes) if episodes and not adaptive else QUICK_EPISODES if quick else None
     spread = find_backend(backend, workers, threads, address)
     options = ReproduceOptions(paper, n, adaptive, seed, physics, settings or [])
-    run = Reproduction(options, out)
+    run = Reproduction(options, out, page)
     run.run_with_progress(spread)
-    claim_results = run.claim_results()
-    run.write_figures(page, style)
-    files = run.write(claim_results, page)
+    run.write_figures(style)
+    files = run.write()
     if adaptive:
         for _ in run.decide(spread):
-            files = run.write(claim_results, page)
+            files = run.write()
     for file in files:
         say(str(file))
     if form == "json":
-        typer.echo(report.to_json(claim_results))
+        typer.echo(report.to_json(run.claim_results))
     else:
-        Console().print(report.claims_table(claim_results))
+        Console().print(report.claims_table(run.claim_results))
         if run.decided:
-            Console().print(decided_table(run.decided))
+            Console().print(report.decided_table(run.decided))
     check_kept(run.plan)
 
 

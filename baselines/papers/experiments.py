@@ -1,8 +1,8 @@
 """Experiments of a paper: a controller on a scenario, and how samples are drawn from them."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -69,17 +69,6 @@ Results = Mapping[Experiment, Sequence[ForagingEpisode]]
 """The episodes of every experiment, all under the same seeds in the same order."""
 
 
-class Source(Protocol):
-    """Protocol of a source of samples: one experiment, or a choice among several."""
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-
-    def draw(self, results: Results) -> list[ForagingEpisode]:
-        """One episode for each seed, in the order of the seeds."""
-
-
 @dataclass(frozen=True)
 class CrossValidatedBest:
     """Best parameter by two-fold cross-validation over seeds, to avoid selection bias.
@@ -98,14 +87,15 @@ class CrossValidatedBest:
 
     def choices(self, results: Results) -> list[int]:
         """For each half, the index of the experiment that is best on the other half."""
-        score = np.array(
-            [sample(results, experiment, round_trips) for experiment in self.experiments]
-        )
-        n_seeds = score.shape[1]
-        if n_seeds < FOLDS:
+        score = np.array([sample(results, each, round_trips) for each in self.experiments])
+        if score.shape[1] < FOLDS:
             return [int(score.sum(axis=1).argmax())]
-        fold = np.arange(n_seeds) % FOLDS
+        fold = np.arange(score.shape[1]) % FOLDS
         return [int(score[:, fold != each].mean(axis=1).argmax()) for each in range(FOLDS)]
+
+
+Source = Experiment | CrossValidatedBest
+"""What gives one episode for each seed, in their order."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +110,11 @@ def sample(results: Results, source: Source | Pool, metric: Metric) -> list[floa
     sources = source.sources if isinstance(source, Pool) else (source,)
     drawn = [[metric(episode) for episode in each.draw(results)] for each in sources]
     return [float(value) for value in np.mean(drawn, axis=0)]
+
+
+def present(results: Results, source: Source | Pool, metric: Metric) -> list[float]:
+    """The metric of a source for each seed that has one: NaN is left out."""
+    return [value for value in sample(results, source, metric) if not math.isnan(value)]
 
 
 def round_trips(episode: ForagingEpisode) -> float:

@@ -28,6 +28,7 @@ from baselines.papers.experiments import (
     Results,
     Source,
     UsesFields,
+    present,
     round_trips,
     sample,
 )
@@ -50,8 +51,13 @@ class PaperFigure(UsesFields):
     counted: ClassVar[str] = "episodes"
 
     def draw(self, results: Results, command: str) -> Figure:
-        """Draw the figure, with the command that made it in the caption."""
-        return self._draw(results, caption_of(self, results, command))
+        """Draw the figure, with the command that made it in the caption.
+
+        All experiments have as many episodes.
+        """
+        n = len(next(iter(results.values())))
+        text = f"{self.caption} {self.reading}".rstrip()
+        return self._draw(results, Caption(text, f"n = {n} {self.counted} each", command, n=n))
 
     def _draw(self, results: Results, caption: Caption) -> Figure:
         raise NotImplementedError
@@ -69,13 +75,11 @@ class Boxes(PaperFigure):
     reading: ClassVar[str] = BOXES
 
     def _draw(self, results: Results, caption: Caption) -> Figure:
-        def values(source: Source) -> list[float]:
-            numbers = [self.metric(episode) for episode in source.draw(results)]
-            return [value for value in numbers if not math.isnan(value)]
-
         panels = {
             title: {
-                tick: {name: values(source) for name, source in series.items()}
+                tick: {
+                    name: present(results, source, self.metric) for name, source in series.items()
+                }
                 for tick, series in panel.items()
             }
             for title, panel in self.panels.items()
@@ -154,13 +158,6 @@ def ratio_of_trips(results: Results, source: Source, base: Source) -> float:
     """The ratio of the mean round trips of a source to those of a base; NaN if these are zero."""
     trips = mean_trips(results, base)
     return mean_trips(results, source) / trips if trips else math.nan
-
-
-def caption_of(figure: PaperFigure, results: Results, command: str) -> Caption:
-    """The caption of a figure of a paper; all experiments have as many episodes."""
-    n = len(next(iter(results.values())))
-    text = f"{figure.caption} {figure.reading}".rstrip()
-    return Caption(text, f"n = {n} {figure.counted} each", command, n=n)
 
 
 def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:

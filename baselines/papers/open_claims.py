@@ -45,7 +45,7 @@ from baselines.papers.open_search import (
     save,
     sets_of,
 )
-from baselines.papers.paper import PAPERS
+from baselines.papers.paper import find_paper
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 
 ARENAS = "es1", "es2"  # of the search
@@ -62,7 +62,7 @@ DISTANCES = (1.8, 2.4, 3.0, 3.6)  # of the areas of es3 [m]
 @cache
 def claims_of(*arenas: str) -> tuple[DecidableClaim, ...]:
     """The claims of TR and ANTS on some arenas."""
-    papers = (PAPERS[name]() for name in ("social-odometry", "ants2008"))
+    papers = (find_paper(name) for name in ("social-odometry", "ants2008"))
     claims = (each for paper in papers for each in paper.claims if each.text.startswith(arenas))
     return tuple(each for each in claims if isinstance(each, DecidableClaim))
 

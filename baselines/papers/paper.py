@@ -3,13 +3,14 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 
 from baselines.evaluation.experiment_config import parse_settings
 from baselines.papers.claim_types import Claim, ClaimResult
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from baselines.papers.experiments import Experiment, Results
 from baselines.papers.figures import PaperFigure
-from swarm_forage_env.registry import Registry
+from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -19,8 +20,6 @@ class Paper:
 
     name: str
     """On the command line."""
-    page: str
-    """Name of its page, without ending."""
     claims: tuple[Claim, ...]
     figures: tuple[PaperFigure, ...]
     replications: int
@@ -29,6 +28,11 @@ class Paper:
     """Whose docstring says what the paper leaves open, by heading."""
     table: Callable[[Results], str] = lambda results: ""
     """A table of its page, in Markdown, for a page that has one."""
+
+    @property
+    def page(self) -> str:
+        """Name of its page, without ending."""
+        return self.name.replace("-", "_")
 
     @cached_property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -42,10 +46,12 @@ class Paper:
         return [claim.judge(results) for claim in self.claims]
 
 
-PAPERS: Registry[Callable[[], Paper]] = Registry(
-    "paper", [f"baselines.papers.{each.replace('-', '_')}" for each in PAPER_NAMES]
-)
-"""The papers by name; importing a paper's module enters it."""
+def find_paper(name: str) -> Paper:
+    """The paper of that name, `PAPER` of its module; UnknownNameError if there is none."""
+    if name not in PAPER_NAMES:
+        raise UnknownNameError("paper", name, PAPER_NAMES)
+    paper: Paper = import_module(f"baselines.papers.{name.replace('-', '_')}").PAPER
+    return paper
 
 
 def _robot_steps(experiment: Experiment) -> int:

@@ -1,7 +1,9 @@
-"""The claims table for a terminal, as JSON and in Markdown; and the page of a paper."""
+"""Results and decisions of claims for a terminal, as JSON and in Markdown; the page of a paper."""
 
 import json
+import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.resources import files
@@ -15,15 +17,26 @@ from baselines.evaluation.tables import markdown, p_value, plain_table
 from baselines.papers.claim_types import MARGIN, ClaimResult, shown
 from baselines.papers.experiments import Results
 from baselines.papers.paper import Paper
-from baselines.papers.sequential import ERROR, LOOKS, Decided, count, decided_markdown
+from baselines.papers.sequential import ERROR, LOOKS, Decided
 
 HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
+DECISION_HEADINGS = ("claim", "says", "ours", "interval", "n", "30 episodes show", "decision")
 
 
 def to_json(claim_results: Sequence[ClaimResult]) -> str:
-    """Claim results as one JSON array, a claim to a line."""
-    lines = (json.dumps(each.as_row(), allow_nan=False) for each in claim_results)
+    """Claim results as one JSON array, a claim to a line, without p."""
+    rows = ({k: v for k, v in vars(each).items() if k != "p"} for each in claim_results)
+    lines = (json.dumps(row, allow_nan=False) for row in rows)
     return "[\n" + ",\n".join(lines) + "\n]"
+
+
+def decisions_json(decided: Sequence[Decided]) -> str:
+    """Decisions as one JSON array; what is not finite is null."""
+    rows = [
+        {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+        for row in map(vars, decided)
+    ]
+    return json.dumps(rows, indent=1, allow_nan=False)
 
 
 def claims_table(claim_results: Sequence[ClaimResult]) -> Group:
@@ -35,6 +48,12 @@ def claims_table(claim_results: Sequence[ClaimResult]) -> Group:
     return Group(plain_table(HEADINGS, rows), Text(score(claim_results), "bold"))
 
 
+def decided_table(decided: Sequence[Decided]) -> Group:
+    """The decisions for a terminal."""
+    rows = map(_cells_of_decision, decided)
+    return Group(plain_table(DECISION_HEADINGS, rows), Text(count(decided), "bold"))
+
+
 def claims_markdown(claim_results: Sequence[ClaimResult]) -> str:
     """The claims table in Markdown."""
     return markdown(HEADINGS, map(_cells, claim_results))
@@ -44,6 +63,21 @@ def score(claim_results: Sequence[ClaimResult]) -> str:
     """The sentence that says how many claims are reproduced."""
     reproduced = sum(each.reproduced for each in claim_results)
     return f"{reproduced} of {len(claim_results)} claims reproduced"
+
+
+VERBS = {  # how several claims are said to be decided, and one
+    "holds": ("hold", "holds"),
+    "equivalent": ("are equivalent", "is equivalent"),
+    "undecided": ("are undecided", "is undecided"),
+    "fails": ("fail", "fails"),
+}
+
+
+def count(decided: Sequence[Decided]) -> str:
+    """The sentence that says how many claims were decided how."""
+    each = Counter(row.decision for row in decided)
+    counts = (f"{each[rank]} {verbs[each[rank] == 1]}" for rank, verbs in VERBS.items())
+    return f"Of {len(decided)} claims " + ", ".join(counts)
 
 
 def page(
@@ -91,7 +125,8 @@ Bonferroni's bound over {len(LOOKS)} looks
 def _decided(decided: Sequence[Decided]) -> str:
     if not decided:
         return ""
-    return f"{DECIDED}\n\n{count(decided)}.\n\n{decided_markdown(decided)}\n\n"
+    table = markdown(DECISION_HEADINGS, map(_cells_of_decision, decided))
+    return f"{DECIDED}\n\n{count(decided)}.\n\n{table}\n\n"
 
 
 def left_open(place: str) -> str:
@@ -105,15 +140,20 @@ def left_open(place: str) -> str:
     return re.sub(r":\n-", ":\n\n-", listed[0], count=1)
 
 
-def _cells(result: ClaimResult) -> tuple[str, str, str, str, str, str]:
-    published = result.published
-    low, high = result.low, result.high
-    interval = "-" if low is None or high is None else f"{shown(low)} to {shown(high)}"
+def _cells(result: ClaimResult) -> tuple[str, ...]:
+    published, low, high = result.published, result.low, result.high
     return (
         result.claim,
         published if isinstance(published, str) else shown(published),
         "-" if result.ours is None else shown(result.ours),
-        interval,
+        "-" if low is None or high is None else f"{shown(low)} to {shown(high)}",
         "-" if result.p is None else p_value(result.p),
         "yes" if result.reproduced else "no",
     )
+
+
+def _cells_of_decision(row: Decided) -> tuple[str, ...]:
+    ends = f"{shown(row.low)} to {shown(row.high)}" if math.isfinite(row.low) else "-"
+    shows = "-" if math.isnan(row.resolved) else f"± {100.0 * row.resolved:.2g} %"
+    ours = "-" if math.isnan(row.ours) else shown(row.ours)
+    return row.claim, row.says, ours, ends, str(row.n), shows, row.decision

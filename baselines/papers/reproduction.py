@@ -17,8 +17,8 @@ from baselines.papers import report
 from baselines.papers.claim_types import ClaimResult
 from baselines.papers.experiments import Experiment, Results
 from baselines.papers.figures import write_figures
-from baselines.papers.paper import PAPERS
-from baselines.papers.sequential import Decided, decide_all, to_json
+from baselines.papers.paper import find_paper
+from baselines.papers.sequential import Decided, decide_all
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
@@ -85,7 +85,7 @@ class ReproduceOptions:
     @property
     def replications(self) -> int:
         """Number of replications of each experiment."""
-        return PAPERS[self.paper]().replications if self.episodes is None else self.episodes
+        return find_paper(self.paper).replications if self.episodes is None else self.episodes
 
 
 def results_of(plan: Plan, experiments: Sequence[Experiment]) -> Results:
@@ -96,13 +96,16 @@ def results_of(plan: Plan, experiments: Sequence[Experiment]) -> Results:
 class Reproduction:
     """A paper, the plan of its episodes, and the folder they are kept in."""
 
-    def __init__(self, options: ReproduceOptions, out: Path | None = None) -> None:
+    def __init__(
+        self, options: ReproduceOptions, out: Path | None = None, page: Path | None = None
+    ) -> None:
         """Check the options and look for kept episodes; nothing runs yet."""
         if options.physics is not None:
             check_physics(options.physics)
-        self.paper = PAPERS[options.paper]()
+        self.paper = find_paper(options.paper)
         self.options, self.command = options, options.command
         self.folder = out or Path("runs") / f"reproduce-{options.paper}"
+        self.page = page or self.folder / f"{self.paper.page}.md"
         self._dataset = Dataset(self.folder / "episodes")
         self._dataset.open()
         self.plan = self._plan(self.paper.experiments, options.replications)
@@ -126,9 +129,6 @@ class Reproduction:
             self.decided = decided
             yield decided
 
-    def _page(self, page: Path | None) -> Path:
-        return page or self.folder / f"{self.paper.page}.md"
-
     def _plan(self, experiments: Sequence[Experiment], n: int) -> Plan:
         of = self.options
         configurations = [each.configuration(of.physics, of.settings) for each in experiments]
@@ -139,24 +139,24 @@ class Reproduction:
         """The episodes of every experiment; all must have been run."""
         return results_of(self.plan, self.paper.experiments)
 
+    @cached_property
     def claim_results(self) -> list[ClaimResult]:
         """The result of every claim."""
         return self.paper.judge(self.results)
 
-    def write_figures(self, page: Path | None = None, style: str = "screen") -> None:
+    def write_figures(self, style: str) -> None:
         """Draw the figures beside the page; more episodes of a claim do not change them."""
-        folder = self._page(page).parent / "figures"
+        folder = self.page.parent / "figures"
         write_figures(self.paper.figures, self.results, folder, self.command, style)
 
-    def write(self, claim_results: Sequence[ClaimResult], page: Path | None = None) -> list[Path]:
+    def write(self) -> list[Path]:
         """Write claims, page, and what is decided so far; return their files."""
-        page = self._page(page)
-        claims = self.folder / "claims.json"
-        write_atomically(claims, (report.to_json(claim_results) + "\n").encode())
-        text = report.page(self.paper, claim_results, self.results, self.command, self.decided)
-        write_atomically(page, text.encode())
-        if not self.decided:
-            return [claims, page]
-        decisions = self.folder / "decisions.json"
-        write_atomically(decisions, (to_json(self.decided) + "\n").encode())
-        return [claims, decisions, page]
+        texts = {self.folder / "claims.json": report.to_json(self.claim_results) + "\n"}
+        if self.decided:
+            texts[self.folder / "decisions.json"] = report.decisions_json(self.decided) + "\n"
+        texts[self.page] = report.page(
+            self.paper, self.claim_results, self.results, self.command, self.decided
+        )
+        for file, text in texts.items():
+            write_atomically(file, text.encode())
+        return list(texts)

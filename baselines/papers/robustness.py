@@ -27,7 +27,7 @@ from baselines.evaluation.tables import markdown
 from baselines.papers.claim_types import Claim, Order, above
 from baselines.papers.experiments import Experiment, Results, sample
 from baselines.papers.figures import PaperFigure
-from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.paper import Paper
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 SCENARIO = "es1"
@@ -171,13 +171,11 @@ class OverShare(PaperFigure):
         return Means(100.0 * np.array(shares), mean, low, high)
 
 
-def figures() -> list[PaperFigure]:
-    """Faults of messages, and faults of bodies."""
-    text = "Round trips of a sound robot over the share of faulty ones in es1"
-    return [
-        OverShare("robustness_messages", f"{text}: what robots tell and hear.", MESSAGES),
-        OverShare("robustness_bodies", f"{text}: how robots move and see.", BODIES),
-    ]
+ABOUT = "Round trips of a sound robot over the share of faulty ones in es1"
+FIGURES = (
+    OverShare("robustness_messages", f"{ABOUT}: what robots tell and hear.", MESSAGES),
+    OverShare("robustness_bodies", f"{ABOUT}: how robots move and see.", BODIES),
+)
 
 
 def table(results: Results) -> str:
@@ -230,8 +228,5 @@ def _percent(comparison: Comparison) -> str:
     return f"{100 * comparison.ratio.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
 
 
-@PAPERS.register("robustness")
-def robustness() -> Paper:
-    """The experiment of every rule among robots with every fault, as a paper."""
-    made = tuple(claims()), tuple(figures())
-    return Paper("robustness", "robustness", *made, 10, LEFT_OPEN, table)
+PAPER = Paper("robustness", tuple(claims()), FIGURES, 10, LEFT_OPEN, table)
+"""The experiment of every rule among robots with every fault."""

@@ -8,29 +8,22 @@ Each claim has 5 % of its own. Where a claim is of the best of several, as of th
 chosen by cross-validation (`CrossValidatedBest`), or by these same episodes, which a claim says.
 """
 
-import json
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from rich.console import Group
-from rich.text import Text
 from scipy import stats
 
 from baselines.evaluation.statistics import fieller_interval
-from baselines.evaluation.tables import markdown, plain_table
-from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect, shown
+from baselines.papers.claim_types import MARGIN, Claim, DecidableClaim, Effect
 from baselines.papers.experiments import Experiment, Results
 
 LOOKS = (30, 60, 120, 240, 400)  # episodes of an experiment at each look
 ERROR = 0.05  # probability that a claim is decided wrongly, at most
 
 Decision = Literal["holds", "fails", "equivalent", "undecided"]
-
-HEADINGS = ("claim", "says", "ours", "interval", "n", "30 episodes show", "decision")
 
 
 @dataclass(frozen=True)
@@ -47,11 +40,6 @@ class Decided:
     resolved: float
     """Half of the 95 % interval that 30 unpaired episodes give, a share of the effect."""
     decision: Decision
-
-    @property
-    def is_open(self) -> bool:
-        """More episodes may decide it."""
-        return self.decision == "undecided"
 
 
 def resolution(effect: Effect, n: int) -> float:
@@ -82,13 +70,6 @@ def decision_of(effect: Effect, low: float, high: float) -> Decision:
 RANKS: tuple[Decision, ...] = ("fails", "undecided", "equivalent", "holds")
 """The decision on a claim is the first of these that any of its effects has."""
 
-VERBS = {  # how several claims are said to be decided, and one
-    "holds": ("hold", "holds"),
-    "fails": ("fail", "fails"),
-    "equivalent": ("are equivalent", "is equivalent"),
-    "undecided": ("are undecided", "is undecided"),
-}
-
 
 def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
     """Decide a claim by n episodes of each experiment, at one of the looks."""
@@ -112,47 +93,13 @@ def decide_all(
     Gives the decisions of all claims after each look: those that are still open are undecided.
     Claims without effects, as of published means within standard errors, are left out.
     """
-    asked = [claim for claim in claims if isinstance(claim, DecidableClaim)]
+    still = [claim for claim in claims if isinstance(claim, DecidableClaim)]
     decided: dict[DecidableClaim, Decided] = {}
     for n in LOOKS:
-        still = [each for each in asked if each not in decided or decided[each].is_open]
         if not still:
             return
         needed = dict.fromkeys(each for claim in still for each in claim.experiments)
         results = run(tuple(needed), n)
         decided |= {claim: decide(claim, results, n) for claim in still}
-        yield [decided[claim] for claim in asked]
-
-
-def count(decided: Sequence[Decided]) -> str:
-    """The sentence that says how many claims were decided how."""
-    each = Counter(row.decision for row in decided)
-    counts = (f"{each[rank]} {VERBS[rank][each[rank] == 1]}" for rank in reversed(RANKS))
-    return f"Of {len(decided)} claims " + ", ".join(counts)
-
-
-def to_json(decided: Sequence[Decided]) -> str:
-    """Decisions as one JSON array; what is not finite is null."""
-
-    def told(value: object) -> object:
-        return None if isinstance(value, float) and not math.isfinite(value) else value
-
-    rows = [{key: told(value) for key, value in asdict(each).items()} for each in decided]
-    return json.dumps(rows, indent=1, allow_nan=False)
-
-
-def decided_markdown(decided: Sequence[Decided]) -> str:
-    """The decisions as a table in Markdown."""
-    return markdown(HEADINGS, map(_cells, decided))
-
-
-def decided_table(decided: Sequence[Decided]) -> Group:
-    """The decisions for a terminal."""
-    return Group(plain_table(HEADINGS, map(_cells, decided)), Text(count(decided), "bold"))
-
-
-def _cells(row: Decided) -> tuple[str, ...]:
-    ends = f"{shown(row.low)} to {shown(row.high)}" if math.isfinite(row.low) else "-"
-    shows = "-" if math.isnan(row.resolved) else f"± {100.0 * row.resolved:.2g} %"
-    ours = "-" if math.isnan(row.ours) else shown(row.ours)
-    return row.claim, row.says, ours, ends, str(row.n), shows, row.decision
+        still = [claim for claim in still if decided[claim].decision == "undecided"]
+        yield list(decided.values())

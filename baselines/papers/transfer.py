@@ -22,10 +22,10 @@ from typing import NamedTuple
 
 from baselines.evaluation.statistics import compare
 from baselines.evaluation.tables import markdown
-from baselines.papers.claim_types import Claim, Order, above
+from baselines.papers.claim_types import Order, above
 from baselines.papers.experiments import Experiment, Results, round_trips, sample
-from baselines.papers.figures import Against, PaperFigure, RatioMaps, ratio_of_trips
-from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.figures import Against, RatioMaps, ratio_of_trips
+from baselines.papers.paper import Paper
 
 BASE = "ssgikf"
 
@@ -128,34 +128,31 @@ def falls_below(results: Results, policy: str, world: World) -> bool:
     return above(compare(base, ours))
 
 
-def claims() -> list[Claim]:
-    """A question that no paper answers: is a policy above `ssgikf` in all worlds?"""
-    return [
-        Order(
-            f"{policy} above {BASE} in every world",
-            tuple((experiment(policy, each), experiment(BASE, each)) for each in WORLDS),
-        )
-        for policy in POLICIES
-    ]
-
-
-def figures() -> list[PaperFigure]:
-    """The heat maps of each policy against `ssgikf`, a panel for each axis."""
-    caption = (
-        f"Round trips of {BASE}, and of others as a multiple of them, with one thing changed in es1"
-        " and in other worlds."
+CLAIMS = tuple(
+    Order(
+        f"{policy} above {BASE} in every world",
+        tuple((experiment(policy, each), experiment(BASE, each)) for each in WORLDS),
     )
-    panels: dict[str, dict[str, dict[str, Against]]] = {
-        axis: {
-            controller: {
-                name.replace("-", "\n"): (experiment(controller, world), experiment(BASE, world))
-                for name, world in worlds.items()
-            }
-            for controller in (BASE, *POLICIES)
+    for policy in POLICIES
+)
+"""A question that no paper answers: is a policy above `ssgikf` in all worlds?"""
+
+CAPTION = (
+    f"Round trips of {BASE}, and of others as a multiple of them, with one thing changed in es1"
+    " and in other worlds."
+)
+RATIOS: Mapping[str, Mapping[str, Mapping[str, Against]]] = {
+    axis: {
+        controller: {
+            name.replace("-", "\n"): (experiment(controller, world), experiment(BASE, world))
+            for name, world in worlds.items()
         }
-        for axis, worlds in AXES.items()
+        for controller in (BASE, *POLICIES)
     }
-    return [RatioMaps("transfer", caption, panels)]
+    for axis, worlds in AXES.items()
+}
+FIGURES = (RatioMaps("transfer", CAPTION, RATIOS),)
+"""The heat maps of each policy against `ssgikf`, a panel for each axis."""
 
 
 def table(results: Results) -> str:
@@ -177,11 +174,6 @@ def _ratio(results: Results, policy: str, world: World) -> float:
 
 
 LEFT_OPEN = {"The experiment": "baselines.papers.transfer"}
-"""Whose docstring says what is chosen, by heading."""
 
-
-@PAPERS.register("transfer")
-def transfer() -> Paper:
-    """The experiment of every policy in other worlds, as a paper."""
-    made = tuple(claims()), tuple(figures())
-    return Paper("transfer", "transfer", *made, 10, LEFT_OPEN, table)
+PAPER = Paper("transfer", CLAIMS, FIGURES, 10, LEFT_OPEN, table)
+"""The experiment of every policy in other worlds."""

@@ -10,6 +10,7 @@ import pytest
 
 from baselines.papers import adaptive_boids
 from baselines.papers.adaptive_boids import (
+    CLAIMS,
     COVARIANCE,
     ERROR,
     ESTIMATORS,
@@ -22,7 +23,6 @@ from baselines.papers.adaptive_boids import (
     MeanMatches,
     NoDivergence,
     boids_experiment,
-    claims,
     deviation,
     published,
 )
@@ -62,11 +62,11 @@ def test_all_published_means_are_known_and_nothing_else():
 
 def test_the_published_means_are_met_by_themselves_and_by_nothing_far_from_them():
     near, far = as_published(), as_published(shift=0.5)
-    met = [claim for claim in claims() if isinstance(claim, MeanMatches)]
+    met = [claim for claim in CLAIMS if isinstance(claim, MeanMatches)]
     assert len(met) == 108
     assert all(claim.judge(near).reproduced for claim in met)
     assert not any(claim.judge(far).reproduced for claim in met)
-    together = next(claim for claim in claims() if isinstance(claim, AllMeansMatch))
+    together = next(claim for claim in CLAIMS if isinstance(claim, AllMeansMatch))
     assert together.judge(near).reproduced
     assert not together.judge(far).reproduced
 
@@ -76,7 +76,7 @@ def test_where_nobody_claims_a_goal_nothing_is_said_of_the_success():
         experiment: [replace(each, success_rate=None) for each in trials]
         for experiment, trials in as_published().items()
     }
-    told = [claim.judge(results) for claim in claims()]
+    told = [claim.judge(results) for claim in CLAIMS]
     silent = {each.claim for each in told if each.ours is None}
     wanted = {each.claim for each in told if re.search("success|root mean square", each.claim)}
     assert silent == wanted
@@ -90,7 +90,7 @@ NAMES = {"dead reckoning": "dead_reckoning", "covariance intersection": "covaria
 
 
 def test_each_order_holds_what_its_words_say_against_each_other():
-    for order in (each for each in claims() if isinstance(each, Order)):
+    for order in (each for each in CLAIMS if isinstance(each, Order)):
         setting, what, sides = order.text.split(": ")
         higher, lower = sides.split(" above ")
         words, _, estimator = what.partition(", ")
@@ -158,7 +158,7 @@ def test_who_is_off_by_the_side_of_the_world_has_diverged(numbers, n_lost):
     results = {one: [EPISODE, replace(EPISODE, **numbers)], other: [replace(EPISODE, **numbers)]}
     found = NoDivergence((one, other)).judge(results)
     assert (found.ours, found.published, found.reproduced) == (n_lost, 0.0, n_lost == 0)
-    (claim,) = (each for each in claims() if isinstance(each, NoDivergence))
+    (claim,) = (each for each in CLAIMS if isinstance(each, NoDivergence))
     assert len(set(claim.experiments)) == 36
     assert all("setting=corrected" in each.controller for each in claim.experiments)
 

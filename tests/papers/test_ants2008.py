@@ -2,7 +2,7 @@
 
 import pytest
 
-from baselines.papers.ants2008 import LOCAL, SIZES, ants2008, experiment_of_size, slopes
+from baselines.papers.ants2008 import LOCAL, PAPER, SIZES, experiment_of_size, slopes
 from baselines.papers.beta_sweep import BestBeta
 from baselines.papers.claim_types import Contrast, Order
 from baselines.papers.experiments import Experiment, recruitment_time, round_trips
@@ -27,7 +27,7 @@ def test_each_claim_is_of_the_experiments_that_it_names():
         each.text.removeprefix("ants2008: "): (
             each.metric, list(each.pairs) if isinstance(each, Order) else [each.experiments]
         )
-        for each in ants2008().claims
+        for each in PAPER.claims
         if hasattr(each, "metric")
     }  # fmt: skip
     assert found == {
@@ -43,9 +43,9 @@ def test_each_claim_is_of_the_experiments_that_it_names():
         "recruitment of 30 and more robots faster with communication":
             (recruitment_time, pairs("nc", MOST, 30, 40, 50)),
     }  # fmt: skip
-    (best,) = (each for each in ants2008().claims if isinstance(each, BestBeta))
+    (best,) = (each for each in PAPER.claims if isinstance(each, BestBeta))
     assert (best.sweep.scenario, best.sweep.filter) == ("ants2008", "ssgiff")
-    (bend,) = (each for each in ants2008().claims if isinstance(each, Contrast))
+    (bend,) = (each for each in PAPER.claims if isinstance(each, Contrast))
     assert list(bend.experiments) == at(MOST, *SIZES)
 
 

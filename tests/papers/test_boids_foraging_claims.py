@@ -12,13 +12,13 @@ from baselines.estimators.path_covariance import (
 )
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.papers.boids_foraging import (
+    ACROSS_ESTIMATORS,
+    ACROSS_MOTIONS,
     DEVIATION,
     ESTIMATORS,
     MOTIONS,
+    PAPER,
     PATH,
-    across_estimators,
-    across_motions,
-    boids_foraging,
     localisation_error,
     pair,
     table,
@@ -32,7 +32,7 @@ def layers(experiment):
 
 
 def test_each_claim_is_asked_for_over_all_layers_of_the_other_kind():
-    estimators, motions = across_motions(), across_estimators()
+    estimators, motions = ACROSS_MOTIONS, ACROSS_ESTIMATORS
     assert estimators[0].pairs == tuple(
         (pair("es1", each, "SGIKF"), pair("es1", each, "dead reckoning")) for each in MOTIONS
     )
@@ -41,9 +41,9 @@ def test_each_claim_is_asked_for_over_all_layers_of_the_other_kind():
         for each in ESTIMATORS
     )
     assert (estimators[0].metric, motions[-1].metric) == (round_trips, localisation_error)
-    assert boids_foraging().claims == (*estimators, *motions)
+    assert PAPER.claims == (*estimators, *motions)
     assert (len(estimators), len(motions)) == (2 * 4, 2 * 5)
-    assert len(boids_foraging().experiments) == 2 * 20
+    assert len(PAPER.experiments) == 2 * 20
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_the_tables_mark_what_is_better_and_worse_than_ssgikf(episodes):
     seeds = range(8)
     results = {
         each: episodes(each, [100 + k for k in seeds], localisation_error_m=0.1)
-        for each in boids_foraging().experiments
+        for each in PAPER.experiments
     }
     high, low, nobody = (pair("es1", "boids-goal", each) for each in list(ESTIMATORS)[1:])
     results[high] = episodes(high, [200 + k for k in seeds], localisation_error_m=0.2)

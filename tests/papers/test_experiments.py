@@ -88,7 +88,7 @@ def test_a_paper_runs_each_experiment_once_and_those_of_most_robot_steps_first()
         for n, seconds in ((2, 300), (10, 200), (20, 50), (5, 100))
     ]
     claims = tuple(SimpleNamespace(experiments=(each,)) for each in (*wanted, wanted[0]))
-    order = Paper("name", "page", claims, (), 3, {}).experiments
+    order = Paper("name", claims, (), 3, {}).experiments
     assert order == (wanted[1], wanted[2], wanted[0], wanted[3])
 
 

@@ -14,15 +14,16 @@ from rich.console import Console
 import baselines.papers
 from baselines.evaluation import statistics
 from baselines.papers import report
+from baselines.papers.commands_reproduce import PAPER_NAMES
 from baselines.papers.figures import write_figures
-from baselines.papers.paper import PAPERS
+from baselines.papers.paper import find_paper
 
 PAGES = Path(baselines.__file__).parents[1] / "docs" / "papers"
 
 
-@pytest.fixture(params=list(PAPERS))
+@pytest.fixture(params=PAPER_NAMES)
 def paper(request):
-    return PAPERS[request.param]()
+    return find_paper(request.param)
 
 
 def claims_of(text):

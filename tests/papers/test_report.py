@@ -46,10 +46,13 @@ def test_the_table_of_a_terminal_is_one_line_a_claim_green_or_red_and_the_score_
     ]
 
 
-def test_json_is_an_array_of_a_line_for_each_claim():
+def test_json_is_an_array_of_a_line_for_each_claim_without_p():
     lines = report.to_json(FOUND).splitlines()
     assert (lines[0], lines[-1], len(lines)) == ("[", "]", 2 + len(FOUND))
-    assert json.loads("\n".join(lines)) == [each.as_row() for each in FOUND]
+    assert json.loads("\n".join(lines))[1] == {
+        "claim": "an order", "published": "> 1", "ours": 1.2345, "low": None, "high": None,
+        "reproduced": False,
+    }  # fmt: skip
     with pytest.raises(ValueError, match="JSON"):
         report.to_json([ClaimResult("", 1.0, float("nan"), None, None, True)])
 
@@ -61,9 +64,8 @@ def figure(name, reading):
 def test_a_page_lists_what_is_missed_and_says_nothing_if_all_claims_hold():
     figures = figure("one", "Read it so."), figure("two", "")
     paper = Paper(
-        "social-odometry", "social_odometry", (), figures, 30,
-        {"The filter": "baselines.weighting.sgiff:SGIFF"},
-    )  # fmt: skip
+        "social-odometry", (), figures, 30, {"The filter": "baselines.weighting.sgiff:SGIFF"}
+    )
     text = report.page(paper, FOUND, {}, "a command")
     assert "- an order\n- nothing\n" in text
     assert "2 of 4 claims reproduced" in text

@@ -6,18 +6,17 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
-from baselines.papers import commands_reproduce, reproduction, sequential
+from baselines.papers import commands_reproduce, reproduction, sequential, social_odometry
 from baselines.papers.claim_types import Order, number
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
-from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.paper import Paper
 from baselines.papers.reproduction import (
     ReproduceOptions,
     Reproduction,
     expected_seconds,
     format_duration,
 )
-from baselines.papers.social_odometry import LEFT_OPEN
 from swarm_forage_env.errors import ConfigError
 
 
@@ -62,11 +61,8 @@ def small(monkeypatch, tmp_path):
     """In the place of the technical report, and in an empty folder."""
     claims = (number("es1: round trips, NC", NC, 60.0), Order("order", ((SSGIKF, NC),)))
     paper_figure = Boxes("tr14", "Round trips.", ("", "trips"), {"es1": {"NC": {"": NC}}})
-
-    def paper():
-        return Paper("social-odometry", "social_odometry", claims, (paper_figure,), 30, LEFT_OPEN)
-
-    monkeypatch.setitem(PAPERS._parts, "social-odometry", paper)
+    paper = Paper("social-odometry", claims, (paper_figure,), 30, social_odometry.LEFT_OPEN)
+    monkeypatch.setattr(social_odometry, "PAPER", paper)
     monkeypatch.chdir(tmp_path)
 
 

@@ -109,7 +109,7 @@ def test_a_ratio_to_nothing_is_written_as_such():
 
 
 def test_each_question_is_an_order_of_the_two_experiments_that_it_names():
-    for claim in robustness.robustness().claims:
+    for claim in robustness.PAPER.claims:
         assert isinstance(claim, Order)
         assert claim.metric is sound_trips
         if "without faults" in claim.text:

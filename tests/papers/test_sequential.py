@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from baselines.evaluation.statistics import fieller_interval
-from baselines.papers import report, sequential
+from baselines.papers import report
 from baselines.papers.beta_sweep import BETAS, BestBeta, BetaSweep, OptimumInsideRange
 from baselines.papers.claim_types import (
     Effect,
@@ -132,6 +132,6 @@ def test_episodes_are_added_to_open_claims_alone_until_all_are_decided(episodes)
     ]  # fmt: skip
     assert asked[0] == ((A, B), 30)
     assert [n for _, n in asked] == list(LOOKS)
-    assert json.loads(sequential.to_json(found))[0]["decision"] == "holds"
-    assert sequential.count(found) == "Of 3 claims 2 hold, 0 are equivalent, 1 is undecided, 0 fail"
+    assert json.loads(report.decisions_json(found))[0]["decision"] == "holds"
+    assert report.count(found) == "Of 3 claims 2 hold, 0 are equivalent, 1 is undecided, 0 fail"
     assert "| close | > 1 | " in report._decided(found)

@@ -13,7 +13,7 @@ from baselines.papers.experiments import (
     round_trips,
 )
 from baselines.papers.figures import Boxes, Curves, recruitment_time_if_finished
-from baselines.papers.social_odometry import social_odometry
+from baselines.papers.social_odometry import PAPER
 
 TALKING = "ssgikf, dsgikf, best ssgiff, best dsgiff"
 OF_REAL = "ssgikf, dsgikf, ssgiff:beta=0.01, dsgiff:beta=0.01"
@@ -64,7 +64,7 @@ def sources_of(claim):
     return first if isinstance(first, tuple) else claim.sources
 
 
-@pytest.mark.parametrize("claim", social_odometry().claims, ids=lambda claim: claim.text)
+@pytest.mark.parametrize("claim", PAPER.claims, ids=lambda claim: claim.text)
 def test_a_claim_is_of_the_robots_and_the_metric_that_it_names(claim):
     setup, _, text = claim.text.partition(": ")
     assert {experiment.scenario for experiment in claim.experiments} == {setup}
@@ -92,7 +92,7 @@ TIME, TRIPS, PATH = ("", "time [s]"), ("", "round trips"), ("time [s]", "robots 
     ],
 )
 def test_each_figure_has_its_panels_its_series_and_its_axes(name, setups, series, axes, kind):
-    (figure,) = (each for each in social_odometry().figures if each.name == name)
+    (figure,) = (each for each in PAPER.figures if each.name == name)
     titles = ["(a) es1", "(b) es2", "(c) es3"] if setups == "abc" else [setups]
     assert list(figure.panels) == titles
     assert all(list(panel) == series for panel in figure.panels.values())

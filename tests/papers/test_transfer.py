@@ -49,6 +49,6 @@ def test_the_table_tells_where_a_policy_falls_below(episodes):
     lines = table(results).splitlines()
     assert f"| {policy} | 1 of {len(WORLDS)} | robots: 50 (0.52) |" in lines
     assert f"| {POLICIES[0]} | 0 of {len(WORLDS)} | nowhere |" in lines
-    figure = transfer.figures()[0].draw(results, "a command")
+    figure = transfer.PAPER.figures[0].draw(results, "a command")
     texts = {text.get_text() for axes in figure.axes for text in axes.texts}
     assert {"0.52", "1.00"} <= texts
