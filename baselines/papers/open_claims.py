@@ -23,7 +23,6 @@ from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.runner import evaluate
 from baselines.papers.claim_types import DecidableClaim
-from baselines.papers.emulator import Draws
 from baselines.papers.experiments import Experiment, Results
 from baselines.papers.open_prior import (
     PRIOR,
@@ -36,6 +35,7 @@ from baselines.papers.open_prior import (
 )
 from baselines.papers.open_search import (
     OTHERS,
+    Draws,
     Measured,
     chance,
     distance,
@@ -183,10 +183,10 @@ def sets_in(file: Path) -> Sets:
 
 def best_beta(episodes: Sequence[Measured], arena: str) -> str:
     """The beta at which SSGIFF makes most round trips in a set."""
-    trips: dict[str, int] = {}
+    trips: Counter[str] = Counter()
     for each in episodes:
         if each.arena == arena and each.controller.startswith("ssgiff"):
-            trips[each.controller] = trips.get(each.controller, 0) + each.round_trips
+            trips[each.controller] += each.round_trips
     return max(trips, key=lambda each: trips[each]).partition("=")[2]
 
 

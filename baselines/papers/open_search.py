@@ -5,7 +5,7 @@ which it misses a published number, in tolerances of that number. It goes on to 
 and to es2, while its distance is small (`STAGES`).
 
 After the first sets, which fill the prior evenly, an emulator of all so far says how probable a set
-is to lie within the tolerances (`emulator`): later sets are drawn from the prior by that.
+is to lie within the tolerances (`fit`): later sets are drawn from the prior by that.
 
 Source: TR, Section 6 (published numbers); Wood2010 (emulated likelihood).
 Not in the paper:
@@ -26,16 +26,17 @@ from typing import Any, cast
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from scipy.stats import qmc
+from scipy.stats import norm, qmc
 
 from baselines.evaluation.console import say
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.papers.emulator import Draws, Emulator
 from baselines.papers.experiments import Experiment, Metric, on_path, recruitment_time, round_trips
 from baselines.papers.open_prior import PRIOR, Value, configuration, place_of, today, values_of
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
+
+Draws = Float64[Array, "draws numbers"]  # points of the unit cube, on which the prior is even
 
 BATCH, THREADS = 32, 2
 """Sets measured at a time, after which all are kept; threads that they are shared among."""
@@ -43,6 +44,9 @@ BATCH, THREADS = 32, 2
 FIRST, EVEN, CANDIDATES, FEWEST = 256, 0.1, 20_000, 32
 """Sets before there is an emulator; share of the later ones that is drawn from the prior; draws of
 it that the others are chosen among; sets that an emulator is fitted to, at least."""
+
+PENALTY, FOLDS = 10.0, 8
+"""Of the regression, and of the sets that its error is measured on."""
 
 SINGLES, DOUBLES = (1e-4, 1e-3, 1e-2, 1e-1), (1e-3, 1e-2)
 """Betas of SSGIFF and DSGIFF that a set is measured with."""
@@ -188,6 +192,61 @@ def sets_of(table: pa.Table) -> tuple[Draws, list[list[Measured]]]:
     return draws, [[Measured(**each) for each in row["episodes"]] for row in rows]
 
 
+Fit = tuple[Float64[Array, "terms outputs"], Float64[Array, " outputs"]]
+"""The coefficients of a regression, and the standard deviations of the outputs about it."""
+
+
+def fit(
+    draws: Draws, outputs: Float64[Array, "draws outputs"], weights: Float64[Array, " draws"]
+) -> Fit:
+    """An emulator: quadratic regression of what a simulation gives, each draw with a weight.
+
+    Its error is that of points that it was not fitted to, and so holds the chance in the simulation
+    as well.
+
+    Source: Wood2010 (likelihood from simulated summaries), HoerlKennard1970 (ridge regression).
+    Not in the papers: the penalty, eight folds, and errors of the numbers that are normal and apart.
+    """  # noqa: E501 as on the page
+    x, fold = terms(draws), np.arange(len(draws)) % FOLDS
+    residuals = np.empty_like(outputs)
+    for k in range(FOLDS):
+        out, rest = fold == k, fold != k
+        residuals[out] = outputs[out] - x[out] @ ridge(x[rest], outputs[rest], weights[rest])
+    return ridge(x, outputs, weights), np.sqrt(weights @ residuals**2 / weights.sum())
+
+
+def between(
+    draws: Draws, fitted: Fit, low: Float64[Array, " outputs"], high: Float64[Array, " outputs"]
+) -> Float64[Array, " draws"]:
+    """The probability at each point that every output lies between its ends."""
+    coefficients, errors = fitted
+    means = terms(draws) @ coefficients
+    below, above = (norm.cdf((ends - means) / errors) for ends in (low, high))
+    return np.asarray((above - below).prod(axis=1))
+
+
+def terms(draws: Draws) -> Float64[Array, "draws terms"]:
+    """One, each number, and each product of two, on an axis from -1 to 1."""
+    x = 2.0 * draws - 1.0
+    one, other = np.triu_indices(x.shape[1])
+    return np.column_stack([np.ones(len(x)), x, x[:, one] * x[:, other]])
+
+
+def ridge(
+    x: Float64[Array, "draws terms"],
+    outputs: Float64[Array, "draws outputs"],
+    weights: Float64[Array, " draws"],
+) -> Float64[Array, "terms outputs"]:
+    """The coefficients of least weighted squares, with a penalty on all but the constant.
+
+    (X' W X + l I) b = X' W y
+    """
+    penalty = PENALTY * np.eye(x.shape[1])
+    penalty[0, 0] = 0.0
+    weighted = x.T * weights
+    return np.asarray(np.linalg.solve(weighted @ x + penalty, weighted @ outputs))
+
+
 def inputs(draws: Draws, arena: str) -> Draws:
     """What bears on an arena: all but the areas of other arenas, rules at either end."""
     bears = [not name.endswith("area_distance") or name.startswith(arena) for name in PRIOR]
@@ -212,12 +271,12 @@ def chance(
     if (n > 0).sum() < FEWEST:
         return np.ones(len(candidates))
     numbers = np.array([numbers_of(e, arena) for e, k in zip(episodes, n, strict=True) if k])
-    emulator = Emulator.fit(inputs(draws[n > 0], arena), scaled(numbers), n[n > 0].astype(float))
+    fitted = fit(inputs(draws[n > 0], arena), scaled(numbers), n[n > 0].astype(float))
     ends = [
         (low - (near := tolerance(spread, rounding, int(n.max()))), high + near)
         for low, high, spread, rounding in PUBLISHED[arena].values()
     ]
-    return emulator.chance(inputs(candidates, arena), *scaled(np.array(ends).T))
+    return between(inputs(candidates, arena), fitted, *scaled(np.array(ends).T))
 
 
 def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) -> Draws:

@@ -17,7 +17,7 @@ from baselines.evaluation.tables import markdown, p_value, plain_table
 from baselines.papers.claim_types import MARGIN, ClaimResult, shown
 from baselines.papers.experiments import Results
 from baselines.papers.paper import Paper
-from baselines.papers.sequential import ERROR, LOOKS, Decided
+from baselines.papers.sequential import ERROR, LOOKS, Decided, Decision
 
 HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
 DECISION_HEADINGS = ("claim", "says", "ours", "interval", "n", "30 episodes show", "decision")
@@ -65,7 +65,7 @@ def score(claim_results: Sequence[ClaimResult]) -> str:
     return f"{reproduced} of {len(claim_results)} claims reproduced"
 
 
-VERBS = {  # how several claims are said to be decided, and one
+VERBS: dict[Decision, tuple[str, str]] = {  # how several claims are said to be decided, and one
     "holds": ("hold", "holds"),
     "equivalent": ("are equivalent", "is equivalent"),
     "undecided": ("are undecided", "is undecided"),
