@@ -10,17 +10,10 @@ from baselines.weighting.base import no_gain
 from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.control import observe_world
-from swarm_forage_env.interface import (
-    EstimatorLayer,
-    KernelNumbers,
-    MotionLayer,
-    WeightingLayer,
-)
+from swarm_forage_env.interface import EstimatorLayer, KernelNumbers, MotionLayer, WeightingLayer
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Rows, numbers_record, record_dtype
 from swarm_forage_env.task import consecutive
-from swarm_forage_env.ticks import nothing
 
 Layer = EstimatorLayer | WeightingLayer | MotionLayer
 Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
@@ -139,23 +132,6 @@ def check_alike(controllers: Sequence[Row], robot_layers: Sequence[Row]) -> None
                     )
 
 
-def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_groups: int) -> None:
-    """ConfigError for a controller that runs on a CPU only, with the reason."""
-    reasons = {
-        "a layer of it is a rule in NumPy": has_rules,
-        "its robots have several compositions": n_groups > 1,
-        "its estimator keeps something of each pair of robots": estimator.shared is not None,
-        "its estimator takes in with a template of its own": estimator.observe
-        not in (observe_world, nothing),
-    }
-    for reason, holds in reasons.items():
-        if holds:
-            raise ConfigError(
-                f"device='cuda': controller '{name}' runs on a CPU only, as {reason}; take"
-                " another one, as ssgikf, or device='cpu'"
-            )
-
-
 def composition_of(controller: LayerParts, layers: Layers) -> Composition:
     """What each layer of a controller consists of, except numbers; or its rule in NumPy."""
     estimator, weighting, motion = layers
@@ -163,13 +139,8 @@ def composition_of(controller: LayerParts, layers: Layers) -> Composition:
     return [
         (functions_of(estimator), None),
         (functions_of(weighting), None if is_compiled else controller.weighting),
-        (functions_of(motion), controller.motion if is_numpy_motion(motion) else None),
+        (functions_of(motion), controller.motion if motion.steer is no_motion else None),
     ]
-
-
-def is_numpy_motion(layer: MotionLayer) -> bool:
-    """A layer leaves the motion to a rule in NumPy."""
-    return layer.steer is no_motion
 
 
 def functions_of(layer: Layer) -> list[object]:

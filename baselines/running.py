@@ -17,15 +17,15 @@ from baselines.composition import (
     Members,
     Row,
     check_alike,
-    check_on_gpu,
     groups_of,
-    is_numpy_motion,
     layers_by_robot,
+    no_motion,
     set_stream,
     settings_of,
 )
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.interface import (
     CORRECT,
     KEEP,
@@ -85,7 +85,7 @@ class CompositionGroup:
             "set_stream": set_stream if "stream" in motion.memory.fields else set_no_stream,
         }
         self.steer: MotionRule | None = None  # their motion, if it is written in NumPy
-        if is_numpy_motion(motion):
+        if motion.steer is no_motion:
             self.steer = controller.motion.start(world.scenario, seeds)
         rule = controller.weighting
         if hasattr(rule, "start_knowing"):  # it knows the beliefs and the ground truth
@@ -235,9 +235,21 @@ class RunningLayers:
             group.steer = motion
 
     def check_on_gpu(self) -> None:
-        """ConfigError for layers that run on a CPU only."""
-        name = self.controllers[0][0].name
-        check_on_gpu(name, self.estimator, self.has_rules, len(self._groups))
+        """ConfigError for layers that run on a CPU only, with the reason."""
+        own = self.estimator
+        reasons = {
+            "a layer of it is a rule in NumPy": self.has_rules,
+            "its robots have several compositions": len(self._groups) > 1,
+            "its estimator keeps something of each pair of robots": own.shared is not None,
+            "its estimator takes in with a template of its own": own.observe
+            not in (observe_world, nothing),
+        }
+        for reason, holds in reasons.items():
+            if holds:
+                raise ConfigError(
+                    f"device='cuda': controller '{self.controllers[0][0].name}' runs on a CPU only,"
+                    f" as {reason}; take another one, as ssgikf, or device='cpu'"
+                )
 
     def _motion_inputs(self) -> Iterator[Rows]:
         """Copies of the inputs of the motion layer, in the order of `steer`."""

@@ -8,13 +8,12 @@ radius, axle and ground sensors of ours). It was not run in ARGoS.
 import math
 from collections.abc import Iterator, Sequence
 from importlib.metadata import version
-from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from string import Template
 
 import numpy as np
 
+from baselines.export.files import filled
 from baselines.export.robot import ExportedRobot
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.atomic_write import write_atomically
@@ -51,23 +50,14 @@ def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
         "version": version("swarm-forage"),
         "axle": f"{scenario.robot.axle:g}",
     }
-    text = _template("argos_controller.cpp").substitute(words)
-    write_atomically(folder / "argos_controller.cpp", text.encode())
+    write_atomically(
+        folder / "argos_controller.cpp", filled("argos_controller.cpp", words).encode()
+    )
 
 
 def experiment(exported: ExportedRobot, seed: int) -> str:
     """The experiment as XML: time, controller, sensors with their noise, arena, robots, radio."""
-    words = _words(exported.scenario, seed)
-    bodies = "".join(_bodies(exported, seed))
-    return _template("experiment.argos").substitute(words, bodies=bodies)
-
-
-def _template(name: str) -> Template:
-    return Template((files("baselines.export") / "templates" / name).read_text("utf-8"))
-
-
-def _words(scenario: Scenario, seed: int) -> dict[str, str]:
-    """The numbers of the experiment: time, noise of sensors and radio, and the arena."""
+    scenario, bodies = exported.scenario, "".join(_bodies(exported, seed))
     sensors, radio = scenario.sensors, scenario.radio
     numbers = {
         "duration": scenario.task.duration,
@@ -81,7 +71,8 @@ def _words(scenario: Scenario, seed: int) -> dict[str, str]:
         "lost": 0.5 * (radio.loss_near + radio.loss_far),
     }
     size = _numbers((scenario.arena.length + 1.0, scenario.arena.width + 1.0, 1.0))
-    return {"size": size, **{name: _numbers((each,)) for name, each in numbers.items()}}
+    words = {name: _numbers((each,)) for name, each in numbers.items()}
+    return filled("experiment.argos", {**words, "size": size, "bodies": bodies})
 
 
 def _bodies(exported: ExportedRobot, seed: int) -> Iterator[str]:

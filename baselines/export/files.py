@@ -46,11 +46,6 @@ class Weight:
     data: int  # numbers of the layers, as those of a network: constants too
     ram: int  # what a robot keeps; its stack comes to this
 
-    @property
-    def flash(self) -> int:
-        """All that does not change."""
-        return self.code + self.data
-
 
 ARGOS_ROWS = """\
 | `argos_controller.cpp` | the controller in C++ for ARGoS 3, linked to the machine code |
@@ -85,12 +80,17 @@ def export(exported: ExportedRobot, target: str, folder: Path, argos: bool = Fal
     words["argos_rows"] = ARGOS_ROWS if argos else ""
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("controller.h", "example.c", "README.md"):
-        text = (files("baselines.export") / "templates" / name).read_text("utf-8")
-        write_atomically(folder / name, Template(text).substitute(words).encode())
+        write_atomically(folder / name, filled(name, words).encode())
     write_atomically(folder / "controller.o", content)
     write_atomically(folder / "controller_data.h", _data(exported, data).encode())
     write_atomically(folder / "vectors.bin", vectors.tobytes())
     return weight
+
+
+def filled(name: str, words: Mapping[str, object]) -> str:
+    """A template with these words."""
+    text = (files("baselines.export") / "templates" / name).read_text("utf-8")
+    return Template(text).substitute(words)
 
 
 def _is_constant(name: str, array: Array) -> bool:
@@ -192,9 +192,9 @@ def _code_size(content: bytes) -> int:
 
 
 def _check_room(exported: ExportedRobot, weight: Weight) -> None:
-    for what, takes in (("flash", weight.flash), ("ram", weight.ram)):
-        room = CHIP[what]
-        if takes > room:
+    takes_of = {"flash": weight.code + weight.data, "ram": weight.ram}
+    for what, takes in takes_of.items():
+        if takes > (room := CHIP[what]):
             raise ConfigError(
                 f"controller '{exported.name}' takes {takes} bytes of {what} in scenario"
                 f" '{exported.scenario.name}', and an STM32F407 has {room}; fewer robots take less:"

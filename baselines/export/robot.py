@@ -109,22 +109,6 @@ class RobotRecords:
     settings: Array
 
 
-def check_exportable(controller: LayeredController, scenario: Scenario) -> None:
-    """ConfigError for a controller that cannot run on a robot alone, with the reason."""
-    estimator = controller.estimator.layer(scenario)
-    reasons = {
-        "it knows the truth": is_privileged(controller),
-        "its estimator keeps something of each pair of robots": estimator.shared is not None,
-        "its estimator takes in with a template of its own": estimator.observe is not observe_world,
-    }
-    for reason, holds in reasons.items():
-        if holds:
-            raise ConfigError(
-                f"controller '{controller.name}' cannot be exported, as {reason}; take another one,"
-                " as ssgikf"
-            )
-
-
 class ExportedRobot:
     """One robot's controller in a scenario: its records, its code, and how it is tried."""
 
@@ -132,25 +116,33 @@ class ExportedRobot:
         """Build the layers; ConfigError for what cannot be exported."""
         self.name, self.scenario, self._controller = controller.name, scenario, controller
         self._pilot, layers = pilot_and_layers(controller, scenario)
+        self.views = {} if self._pilot is None else VIEWS
         loop = Loop(scenario, layers, [0], "kinematic")
-        running, compiled = loop.controller, loop.controller.compiled
-        if compiled.has_beliefs:
-            check_exportable(controller, scenario)
-        if running.has_rules or not compiled.firsts:
-            raise ConfigError(
-                f"controller '{controller.name}' cannot be exported, as a layer of it is called by"
-                " Python; take one that is compiled, as ssgikf"
-            )
-        self._functions, self.noise = compiled.functions, compiled.noise
-        first_mind, first_memory = compiled.firsts
-        self.message = "message" if compiled.has_beliefs else "words"
+        compiled = loop.controller.compiled
+        self.message = "words"
         """Where in what a robot keeps its message lies."""
         self.payload: Mapping[str, Field] = {"words": PolicyMessages.fields["words"]}
         """The fields of a message."""
         self._run: Kernel = run_policy
+        reasons = {"it knows the truth": is_privileged(controller)}
         if compiled.has_beliefs:
-            kind = controller.estimator.layer(scenario).mind.fields["message"].kind
-            self.payload, self._run = cast(type[Record], kind).fields, run_robot
+            own = controller.estimator.layer(scenario)
+            reasons["its estimator keeps something of each pair of robots"] = own.shared is not None
+            reasons["its estimator takes in with a template of its own"] = (
+                own.observe is not observe_world
+            )
+            kind = cast(type[Record], own.mind.fields["message"].kind)
+            self.message, self.payload, self._run = "message", kind.fields, run_robot
+        is_called = loop.controller.has_rules or not compiled.firsts
+        reasons["a layer of it is called by Python"] = is_called
+        for reason, holds in reasons.items():
+            if holds:
+                raise ConfigError(
+                    f"controller '{controller.name}' cannot be exported, as {reason}; take another"
+                    " one, as ssgikf"
+                )
+        self._functions, self.noise = compiled.functions, compiled.noise
+        first_mind, first_memory = compiled.firsts
         n = loop.world.n_robots
         self.records = RobotRecords(
             np.zeros(n, loop.world.robots.dtype),
@@ -185,11 +177,6 @@ class ExportedRobot:
             "no_additions": np.zeros((0, 2), np.int64),
             "time_left": np.zeros(1),
         }
-
-    @property
-    def views(self) -> dict[str, str]:
-        """Further names under which a policy is handed records: which they are."""
-        return {} if self._pilot is None else VIEWS
 
     def llvm_text(self) -> str:
         """The controller as LLVM's text.

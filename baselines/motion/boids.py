@@ -16,7 +16,9 @@ from pydantic import Field
 
 from baselines.motion import boids_foraging
 from baselines.motion.base import MOTIONS
+from baselines.motion.boids_foraging import FlockCourse
 from baselines.motion.flock import GOAL, Gains, Vector, choose_gains, sum_of_rules
+from baselines.motion.subsumption import WHERE_A_LEARNER_STEERS, SubsumptionParameters
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
@@ -79,12 +81,18 @@ class BoidsParameters(Parameters):
 
     def layer(self, scenario: Scenario | WaypointsScenario) -> MotionLayer:
         """The functions of the motion, with its numbers in a scenario."""
-        if isinstance(scenario, Scenario):
-            return boids_foraging.layer(self, scenario)
+        gains = {"adaptive": self.gains == "adaptive", "gains": self.fixed}
+        if isinstance(scenario, WaypointsScenario):
+            size = {"side": scenario.task.side, "max_speed": scenario.robot.max_speed}
+            return MotionLayer(steer, gains | size, FlockMemory)
         numbers = {
-            "adaptive": self.gains == "adaptive",
-            "gains": self.fixed,
-            "side": scenario.task.side,
-            "max_speed": scenario.robot.max_speed,
+            **SubsumptionParameters().numbers(scenario),
+            **gains,
+            "side": max(scenario.arena.length, scenario.arena.width),
+            "max_speed": scenario.robot.cruise_speed,
+            "n_robots": scenario.task.n_robots,
+            "trust": self.trust,
         }
-        return MotionLayer(steer, numbers, FlockMemory)
+        return MotionLayer(
+            boids_foraging.steer, numbers, FlockCourse, kernels=WHERE_A_LEARNER_STEERS
+        )

@@ -13,7 +13,6 @@ Not in the papers, and chosen here:
 """
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,24 +27,14 @@ from baselines.motion.flock import (
     choose_gains,
     sum_of_rules,
 )
-from baselines.motion.subsumption import (
-    WHERE_A_LEARNER_STEERS,
-    Course,
-    SubsumptionParameters,
-    subsume,
-)
+from baselines.motion.subsumption import Course, subsume
 from swarm_forage_env.arrays import NEST, Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
-from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.record import Numbers, field
-
-if TYPE_CHECKING:
-    from baselines.motion.boids import BoidsParameters
 
 
 class FlockCourse(Course):
@@ -121,17 +110,3 @@ def steer(
     x, y = sum_of_rules(course.gains, course.ways, course.velocity, numbers.max_speed)
     course.pull[0], course.pull[1] = x, y
     subsume(situation, readings, course.pull, wheels, course, numbers)
-
-
-def layer(parameters: "BoidsParameters", scenario: Scenario) -> MotionLayer:
-    """The functions of the motion where robots forage, with its numbers in a scenario."""
-    numbers = {
-        **SubsumptionParameters().numbers(scenario),
-        "adaptive": parameters.gains == "adaptive",
-        "gains": parameters.fixed,
-        "side": max(scenario.arena.length, scenario.arena.width),
-        "max_speed": scenario.robot.cruise_speed,
-        "n_robots": scenario.task.n_robots,
-        "trust": parameters.trust,
-    }
-    return MotionLayer(steer, numbers, FlockCourse, kernels=WHERE_A_LEARNER_STEERS)

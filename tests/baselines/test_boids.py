@@ -196,7 +196,7 @@ def foraging(numbers_of):
     """What a robot sees that knows both areas and heads for the prey; by what it is steered."""
 
     def steer(seed, **parameters):
-        numbers = numbers_of(boids_foraging.layer(BoidsParameters(**parameters), ES1).numbers)
+        numbers = numbers_of(BoidsParameters(**parameters).layer(ES1).numbers)
         rng, heard = np.random.default_rng(seed), rows(epuck.Heard.array((1,), slots=4))[0]
         seen, readings, course = (
             rows(kind.array((1,)))[0] for kind in (Foraging, epuck.Readings, FlockCourse)
