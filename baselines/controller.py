@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from baselines.composition import LayerParts, Row, functions_of
+from baselines.composition import Layers, Row, functions_of, no_motion
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
+from baselines.weighting.base import no_gain
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import KernelNumbers
+from swarm_forage_env.interface import KernelNumbers, MotionLayer, WeightingLayer
 from swarm_forage_env.parameters import (
     BaseScenario,
     Parameters,
@@ -26,13 +27,21 @@ REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": M
 
 
 @dataclass(frozen=True)
-class LayeredController(LayerParts):
+class LayeredController:
     """A controller of three layers, which can be named, changed and run.
+
+    A layer is compiled if its parameters have a method `layer` that does not return None. Otherwise
+    it is a rule in NumPy: a weighting is called, a motion is what its method `start` returns.
 
     >>> from swarm_forage_env.controllers import find_controller
     >>> find_controller("ssgiff:beta=0.001").parameters["weighting.beta"]
     0.001
     """
+
+    name: str
+    estimator: Any
+    weighting: Any
+    motion: Any
 
     @property
     def layers(self) -> dict[str, Parameters]:
@@ -87,6 +96,25 @@ class LayeredController(LayerParts):
             common = {field: value for field, value in old.items() if field in part.model_fields}
             parts[layer] = validated(part, common)
         return replace(self, **parts)
+
+    def layers_in(self, scenario: BaseScenario) -> Layers:
+        """The three layers in a scenario; ConfigError for a part that does not fit there."""
+        estimator = self.estimator.layer(scenario)
+        estimator.check_falsifiable(self.name, scenario)
+        rules: dict[str, object] = {}
+        if hasattr(self.weighting, "layer"):
+            weighting = self.weighting.layer(scenario) or estimator.own_weighting
+        else:
+            weighting = WeightingLayer(no_gain, heard_p_share=self.weighting.heard_p_share)
+            rules["weighting_rule"] = self.weighting
+        if weighting is None:
+            raise ConfigError(
+                "weighting 'filter': this estimator has no gain of its own; name a rule"
+            )
+        motion = self.motion.layer(scenario) if hasattr(self.motion, "layer") else None
+        if motion is None:
+            motion, rules["motion_rule"] = MotionLayer(no_motion, {}), self.motion
+        return Layers(self.name, estimator, weighting, motion, **rules)
 
     def build(
         self, world: World, seeds: Sequence[int], each: Sequence["LayeredController"]

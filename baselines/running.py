@@ -19,7 +19,6 @@ from baselines.composition import (
     check_alike,
     groups_of,
     layers_by_robot,
-    no_motion,
     set_stream,
     settings_of,
 )
@@ -32,6 +31,7 @@ from swarm_forage_env.interface import (
     RULE,
     CompiledLayers,
     Kernel,
+    MotionLayer,
     MotionRule,
     WeightingRule,
 )
@@ -67,8 +67,8 @@ class CompositionGroup:
     ) -> None:
         """`is_last`: no other group of their team is decided after it."""
         world, leader = running.world, int(np.argmax(members))
-        controller = running.controllers[0][leader]
-        _, weighting, motion = robot_layers[0][leader]
+        own = robot_layers[0][leader]
+        motion: MotionLayer = own.motion
         self.members, self.motion, self.is_last = members, motion, is_last
         minds, memory = running.minds, motion.memory.dtype(robots=len(members))
         place = offset_of(minds.dtype, "motion")
@@ -78,21 +78,19 @@ class CompositionGroup:
         self.functions: Mapping[str, Kernel] = {
             **running.estimator.kernels,
             **motion.kernels,
-            "gain": weighting.gain,
+            "gain": own.weighting.gain,
             "steer": motion.steer,
             "observe_world": running.estimator.observe,
             "decide_world": task_of(world.scenario).decide,
             "set_stream": set_stream if "stream" in motion.memory.fields else set_no_stream,
         }
         self.steer: MotionRule | None = None  # their motion, if it is written in NumPy
-        if motion.steer is no_motion:
-            self.steer = controller.motion.start(world.scenario, seeds)
-        rule = controller.weighting
-        if hasattr(rule, "start_knowing"):  # it knows the beliefs and the ground truth
-            rule = rule.start_knowing(running, world)
-        self.weigh: WeightingRule | None = None  # their weighting, if it is written in NumPy
-        if not hasattr(rule, "layer"):
-            self.weigh = rule
+        if own.motion_rule is not None:
+            self.steer = own.motion_rule.start(world.scenario, seeds)
+        self.weigh: WeightingRule | None = own.weighting_rule
+        """Their weighting, if it is written in NumPy."""
+        if hasattr(self.weigh, "start_knowing"):  # it knows the beliefs and the ground truth
+            self.weigh = self.weigh.start_knowing(running, world)
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset the motion of the worlds first .. last - 1 to these seeds."""
@@ -132,10 +130,9 @@ class RunningLayers:
         self.world, self._task = world, task_of(world.scenario)
         self.controllers = controllers
         robot_layers = layers_by_robot(controllers, world.scenarios)
-        check_alike(controllers, robot_layers)
-        groups = groups_of(controllers[0], robot_layers[0])
-        leader = int(np.argmax(groups[0]))
-        self.estimator, self.weighting, self.motion = robot_layers[0][leader]
+        check_alike(robot_layers)
+        groups = groups_of(robot_layers[0])
+        self.estimator = robot_layers[0][int(np.argmax(groups[0]))].estimator
         self._first_layers = robot_layers[0]
         self._allocate(robot_layers[0])
         self._team: Members = np.any(groups, axis=0)
@@ -205,9 +202,8 @@ class RunningLayers:
 
         ConfigError if a layer is not made for it.
         """
-        own = self.controllers[world]
-        robot_layers = layers_by_robot([own], [scenario])
-        check_alike([self.controllers[0], own], [self._first_layers, robot_layers[0]])
+        robot_layers = layers_by_robot([self.controllers[world]], [scenario])
+        check_alike([self._first_layers, robot_layers[0]])
         groups = ((each.members, each.is_last) for each in self._groups)
         by_group = (settings_of(robot_layers, LAYERS, *each) for each in groups)
         return [settings_of(robot_layers, ("estimator",), self._team), *by_group]
@@ -263,7 +259,7 @@ class RunningLayers:
 
     def _allocate(self, row: Row) -> None:
         n_worlds, n_robots = self.world.n_worlds, self.world.n_robots
-        memories = [layers[2].memory.dtype(robots=n_robots) for layers in row if layers]
+        memories = [layers.motion.memory.dtype(robots=n_robots) for layers in row if layers]
         mind = [
             ("estimator", self.estimator.mind.dtype(robots=n_robots)),
             ("motion", max(memories, key=lambda memory: memory.itemsize)),

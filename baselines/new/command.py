@@ -57,11 +57,12 @@ def new(
     folder = out or Path(name)
     if folder.exists():
         raise ConfigError(f"--out={folder}: is there already; name another one, or take it away")
-    for file, text in package_files(kind, name).items():
+    made = package_files(kind, name)
+    for file, text in made.items():
         target = folder / file
         target.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(target, text.encode())
-    typer.echo(f"wrote {folder}: {', '.join(package_files(kind, name))}")
+    typer.echo(f"wrote {folder}: {', '.join(made)}")
     typer.echo(f"test it: cd {quote(str(folder))} && python -m pytest")
 
 

@@ -24,11 +24,15 @@ from pydantic import Field
 
 from baselines.estimators.belief import Belief, SocialMind
 from baselines.estimators.message_exchange import heard_location, heard_place, write_estimate
-from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters, describe
-from baselines.estimators.social_odometry import update_belief as update_social_belief
+from baselines.estimators.social_odometry import (
+    KERNELS,
+    SocialOdometryParameters,
+    describe,
+    update_belief,
+)
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.records import RADIO, Readings
+from swarm_forage_env.epuck.records import RADIO
 from swarm_forage_env.equations.elementary import atan2, cos_sin
 from swarm_forage_env.equations.geometry import range_and_bearing, to_outer, wrap
 from swarm_forage_env.equations.radio import board_range
@@ -123,13 +127,6 @@ def take_mean(belief: GroupBelief) -> None:
 
 
 @kernel
-def update_belief(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
-    """Social odometry's tick, with a count."""
-    update_social_belief(mind, shared, readings, numbers)
-    mind.belief.ticks += 1
-
-
-@kernel
 def average_robot(swarm: Array, minds: Array, i: int, numbers: Numbers) -> None:
     """Replace the estimates of robot i by the mean of its own and the others' messages."""
     add_own(minds[i].belief)
@@ -142,6 +139,8 @@ def average_robot(swarm: Array, minds: Array, i: int, numbers: Numbers) -> None:
 @kernel
 def average(swarm: Array, minds: Array, numbers: Numbers) -> None:
     """Average the estimates of one world, once a period."""
+    for i in range(minds.shape[0]):
+        minds[i].belief.ticks += 1
     if minds[0].belief.ticks == 1:
         for i in range(minds.shape[0]):
             minds[i].belief.streams[0] = swarm[i].streams[RADIO]
@@ -187,7 +186,7 @@ class GlobalAverage(SocialOdometryParameters):
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
-        kernels: dict[str, Kernel] = {**KERNELS, "update_belief": update_belief, "average": average}
+        kernels: dict[str, Kernel] = {**KERNELS, "average": average}
         del kernels["falsify"], kernels["repeat"]  # no message that a fault could change
         return replace(super().layer(scenario), kernels=kernels, observe=observe_group)
 

@@ -11,7 +11,7 @@ Not in the paper, and chosen here:
   over the size of the group, and the time of the k-th robot of 30. Both are drawn.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -21,7 +21,6 @@ from baselines.papers.claim_types import Claim, Contrast, NoDifference, Order
 from baselines.papers.experiments import (
     Experiment,
     Results,
-    Source,
     recruitment_time,
     round_trips,
     sample,
@@ -67,8 +66,7 @@ def slopes(results: Results) -> tuple[list[float], list[float]]:
 
 def claims() -> list[Claim]:
     """Every claim of ANTS 5."""
-    of = {name: Experiment(SCENARIO, controller) for name, controller in CONTROLLERS.items()}
-    local = of["local communication"]
+    local = Experiment(SCENARIO, LOCAL)
     at_size = partial(experiment_of_size, LOCAL)
     perfect = tuple((experiment_of_size("no-error", size), at_size(size)) for size in SIZES)
     silent = tuple((at_size(size), experiment_of_size("nc", size)) for size in SIZES)
@@ -83,9 +81,9 @@ def claims() -> list[Claim]:
         NoDifference(
             "ants2008: local and covariance knowledge do not differ significantly",
             local,
-            of["covariance knowledge"],
+            Experiment(SCENARIO, "covariance"),
         ),
-        Order("ants2008: local above global", ((local, of["global communication"]),)),
+        Order("ants2008: local above global", ((local, Experiment(SCENARIO, "global")),)),
         Contrast(
             f"ants2008: local gains more a robot below {BEND} robots than above", growing, slopes
         ),
@@ -105,23 +103,20 @@ def claims() -> list[Claim]:
 
 def figures() -> list[PaperFigure]:
     """ANTS Figures 2a, 2b, 3a in both readings, and 3b."""
-    two = ("no communication", "local communication")
-    three = ("no odometry error", "local communication", "no communication")
+    two = "no communication", "local communication"
+    three = "no odometry error", "local communication", "no communication"
 
-    def over_size(names: tuple[str, ...]) -> dict[str, dict[str, dict[str, Source]]]:
-        ticks: dict[str, dict[str, Source]] = {
-            str(size): {name: experiment_of_size(CONTROLLERS[name], size) for name in names}
+    def over_size(names: Sequence[str]) -> Mapping[str, Mapping[str, Mapping[str, Experiment]]]:
+        of = {name: CONTROLLERS[name] for name in names}
+        return {SCENARIO: {
+            str(size): {name: experiment_of_size(each, size) for name, each in of.items()}
             for size in SIZES
-        }
-        return {SCENARIO: ticks}
+        }}  # fmt: skip
 
-    betas: dict[str, dict[str, Source]] = {
-        f"{beta:g}": {"": BetaSweep(SCENARIO).at(beta)} for beta in BETAS
-    }
-    behaviours: dict[str, dict[str, Source]] = {
-        name: {"": Experiment(SCENARIO, controller)} for name, controller in CONTROLLERS.items()
-    }
-    each = {SCENARIO: {name: Experiment(SCENARIO, CONTROLLERS[name]) for name in two}}
+    betas = {f"{beta:g}": {"": BetaSweep(SCENARIO).at(beta)} for beta in BETAS}
+    of_30 = {name: Experiment(SCENARIO, controller) for name, controller in CONTROLLERS.items()}
+    behaviours = {name: {"": each} for name, each in of_30.items()}
+    each = {SCENARIO: {name: of_30[name] for name in two}}
     late = "A run in which not all did counts with its whole duration."
     return [
         Boxes("ants2a", "ANTS Fig. 2a. Round trips of local communication over beta.",

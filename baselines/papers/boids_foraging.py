@@ -22,7 +22,7 @@ from baselines.evaluation.statistics import Estimate, compare, mean_interval
 from baselines.evaluation.tables import markdown
 from baselines.papers.claim_types import Order, above, present_pairs
 from baselines.papers.experiments import Experiment, Metric, Results, round_trips
-from baselines.papers.figures import Against, RatioMaps
+from baselines.papers.figures import RatioMaps
 from baselines.papers.paper import Paper
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
@@ -98,7 +98,7 @@ ACROSS_ESTIMATORS = [
 
 
 CAPTION = "Round trips of ssgikf, and of each motion over each estimator as a multiple of them."
-RATIOS: Mapping[str, Mapping[str, Mapping[str, Against]]] = {
+RATIOS = {
     arena: {
         motion: {
             name.replace(" ", "\n"): (pair(arena, motion, name), base(arena)) for name in ESTIMATORS

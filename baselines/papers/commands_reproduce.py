@@ -102,11 +102,10 @@ def reproduce(  # noqa: PLR0913 the options of a command
     run = Reproduction(options, out, page)
     run.run_with_progress(spread)
     run.write_figures(style)
-    files = run.write()
+    run.write()
     if adaptive:
-        for _ in run.decide(spread):
-            files = run.write()
-    for file in files:
+        run.decide(spread)
+    for file in run.files:
         say(str(file))
     if form == "json":
         typer.echo(report.to_json(run.claim_results))

@@ -2,7 +2,7 @@
 
 import shlex
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -110,6 +110,7 @@ class Reproduction:
         self._dataset.open()
         self.plan = self._plan(self.paper.experiments, options.replications)
         self.decided: list[Decided] = []
+        self.files: list[Path] = []  # written last
 
     def run_with_progress(self, backend: Backend) -> None:
         """Say how long it will take, and run the missing episodes."""
@@ -117,8 +118,8 @@ class Reproduction:
         say(f"about {format_duration(seconds)} to run, with {backend.workers} at a time")
         run_with_progress(self.plan, backend)
 
-    def decide(self, backend: Backend) -> Iterator[list[Decided]]:
-        """Run as many episodes as decide each claim, or 400; gives the decisions so far."""
+    def decide(self, backend: Backend) -> None:
+        """Run as many episodes as decide each claim, or 400; write what is decided at each look."""
 
         def run(experiments: Sequence[Experiment], n: int) -> Results:
             plan = self._plan(experiments, n)
@@ -127,7 +128,7 @@ class Reproduction:
 
         for decided in decide_all(self.paper.claims, run):
             self.decided = decided
-            yield decided
+            self.write()
 
     def _plan(self, experiments: Sequence[Experiment], n: int) -> Plan:
         of = self.options
@@ -149,8 +150,8 @@ class Reproduction:
         folder = self.page.parent / "figures"
         write_figures(self.paper.figures, self.results, folder, self.command, style)
 
-    def write(self) -> list[Path]:
-        """Write claims, page, and what is decided so far; return their files."""
+    def write(self) -> None:
+        """Write claims, page, and what is decided so far."""
         texts = {self.folder / "claims.json": report.to_json(self.claim_results) + "\n"}
         if self.decided:
             texts[self.folder / "decisions.json"] = report.decisions_json(self.decided) + "\n"
@@ -159,4 +160,4 @@ class Reproduction:
         )
         for file, text in texts.items():
             write_atomically(file, text.encode())
-        return list(texts)
+        self.files = list(texts)

@@ -12,7 +12,7 @@ Not in the papers: the experiment itself, in es1 of the TR. And chosen here:
   not communicate, under the same faults, with a Mann-Whitney p below 0.01.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar
@@ -24,7 +24,7 @@ from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.statistics import Comparison, compare, mean_interval
 from baselines.evaluation.tables import markdown
-from baselines.papers.claim_types import Claim, Order, above
+from baselines.papers.claim_types import Order, above
 from baselines.papers.experiments import Experiment, Results, sample
 from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import Paper
@@ -122,22 +122,22 @@ def breaking_share(results: Results, rule: str, fault: str) -> float | None:
     return next((share for share in SHARES if breaks(results, rule, fault, share)), None)
 
 
-def claims() -> list[Claim]:
+def claims() -> Iterator[Order]:
     """Questions that no paper answers for these rules, each an order of two experiments."""
-    orders: list[tuple[str, Experiment, Experiment]] = []
     for rule, fault in product(RULES, LIARS):
         if rule != ALONE:
+            pair = experiment(rule, fault, 0.0), experiment(rule, fault, SHARES[0])
             text = f"{rule}: without faults above one liar of ten ({fault})"
-            none, least = (experiment(rule, fault, share) for share in (0.0, SHARES[0]))
-            orders += [(text, none, least), above_at_shown(ALONE, rule, fault)]
-    orders += [above_at_shown(*pair, fault) for pair, fault in product(DEFENCES.items(), LIARS)]
-    return [Order(text, ((more, less),), sound_trips) for text, more, less in orders]
+            yield Order(text, (pair,), sound_trips)
+            yield above_at_shown(ALONE, rule, fault)
+    for (rule, other), fault in product(DEFENCES.items(), LIARS):
+        yield above_at_shown(rule, other, fault)
 
 
-def above_at_shown(rule: str, other: str, fault: str) -> tuple[str, Experiment, Experiment]:
-    """The words that one rule is above another at the share shown, and its two experiments."""
-    more, less = (experiment(each, fault, SHOWN) for each in (rule, other))
-    return f"{rule} above {other}: {100 * SHOWN:.0f} % {fault}", more, less
+def above_at_shown(rule: str, other: str, fault: str) -> Order:
+    """That one rule is above another at the share shown."""
+    pair = experiment(rule, fault, SHOWN), experiment(other, fault, SHOWN)
+    return Order(f"{rule} above {other}: {100 * SHOWN:.0f} % {fault}", (pair,), sound_trips)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from baselines.evaluation.statistics import compare
 from baselines.evaluation.tables import markdown
 from baselines.papers.claim_types import Order, above
 from baselines.papers.experiments import Experiment, Results, round_trips, sample
-from baselines.papers.figures import Against, RatioMaps, ratio_of_trips
+from baselines.papers.figures import RatioMaps, ratio_of_trips
 from baselines.papers.paper import Paper
 
 BASE = "ssgikf"
@@ -141,7 +141,7 @@ CAPTION = (
     f"Round trips of {BASE}, and of others as a multiple of them, with one thing changed in es1"
     " and in other worlds."
 )
-RATIOS: Mapping[str, Mapping[str, Mapping[str, Against]]] = {
+RATIOS = {
     axis: {
         controller: {
             name.replace("-", "\n"): (experiment(controller, world), experiment(BASE, world))
