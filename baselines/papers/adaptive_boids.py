@@ -19,9 +19,9 @@ Not in the paper, and chosen here:
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from importlib.resources import files
 from itertools import product
 from typing import ClassVar, cast
@@ -97,17 +97,15 @@ def all_experiments(setting: str) -> tuple[Experiment, ...]:
     return tuple(boids_experiment(setting, *each) for each in product(ESTIMATORS, RULES, SIZES))
 
 
-@cache
-def published() -> dict[Cell, dict[str, tuple[float, float]]]:
-    """Published mean and standard deviation of each measure, by experiment."""
-    text = (files("baselines.papers") / "published" / "smith2021.csv").read_text("utf-8")
-    return {
-        (row["estimator"], row["rule"], int(row["n_robots"])): {
-            each.column: (float(row[f"{each.column}_mean"]), float(row[f"{each.column}_sd"]))
-            for each in MEASURES
-        }
-        for row in csv.DictReader(text.splitlines())
+TEXT = (files("baselines.papers") / "published" / "smith2021.csv").read_text("utf-8")
+PUBLISHED: Mapping[Cell, Mapping[str, tuple[float, float]]] = {
+    (row["estimator"], row["rule"], int(row["n_robots"])): {
+        each.column: (float(row[f"{each.column}_mean"]), float(row[f"{each.column}_sd"]))
+        for each in MEASURES
     }
+    for row in csv.DictReader(TEXT.splitlines())
+}
+"""Published mean and standard deviation of each measure, by experiment."""
 
 
 def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
@@ -144,11 +142,11 @@ class MeanMatches(Claim):
 
     def deviation(self, results: Results) -> float:
         """The deviation from the published mean, in standard errors."""
-        mean, sd = published()[self.cell][self.measure.column]
+        mean, sd = PUBLISHED[self.cell][self.measure.column]
         return deviation(present(results, self.experiments[0], self.measure), mean, sd)
 
     def _verdict(self, results: Results) -> Verdict:
-        mean, _ = published()[self.cell][self.measure.column]
+        mean, _ = PUBLISHED[self.cell][self.measure.column]
         ours = mean_interval(present(results, self.experiments[0], self.measure))
         return mean, ours, abs(self.deviation(results)) <= ERRORS, None
 
@@ -188,8 +186,8 @@ class NoDivergence(Claim):
         return 0.0, ours, not any(lost), None
 
 
-def rule_orders(setting: str) -> Iterator[Order]:
-    """Claims: the orders of rules that the paper sees in its figures (BOIDS, Section 4)."""
+def orders(setting: str) -> Iterator[Order]:
+    """Claims: the orders of rules and estimators that the paper sees in its figures (Section 4)."""
     of = partial(boids_experiment, setting)
     for measure, higher, lower, n_estimators in (
         (COVARIANCE, "goal", "static", 3), (COVARIANCE, "static", "adaptive", 3),
@@ -203,11 +201,6 @@ def rule_orders(setting: str) -> Iterator[Order]:
             )
             words = f"{measure.words}, {ESTIMATORS[estimator]}: {higher} above {lower}"
             yield Order(f"{setting}: {words}", pairs, measure)
-
-
-def estimator_orders(setting: str) -> Iterator[Order]:
-    """Claims: the orders of estimators that the paper sees in its figures (BOIDS, Section 4)."""
-    of = partial(boids_experiment, setting)
     reckoning, intersection, filter_ = ESTIMATORS
     for measure, higher, lower in (
         (COVARIANCE, reckoning, intersection), (COVARIANCE, intersection, filter_),
@@ -220,13 +213,13 @@ def estimator_orders(setting: str) -> Iterator[Order]:
         yield Order(f"{setting}: {words}", pairs, measure)
 
 
-MEANS = tuple(MeanMatches(*each) for each in product(published(), MEASURES))
+MEANS = tuple(MeanMatches(*each) for each in product(PUBLISHED, MEASURES))
 
 CLAIMS = (
     *MEANS,
     AllMeansMatch(MEANS),
     NoDivergence(all_experiments("corrected")),
-    *(claim for each in SETTINGS for claim in (*rule_orders(each), *estimator_orders(each))),
+    *(order for setting in SETTINGS for order in orders(setting)),
 )
 """Published means, deviations, divergences, and orders."""
 
@@ -261,29 +254,26 @@ class OverDensity(PaperFigure):
             for size in SIZES
         ]
         column, nobody = self.measure.column, (np.nan, np.nan)
-        there = published() if self.setting == "authors" else {}
+        there = PUBLISHED if self.setting == "authors" else {}
         of_paper = [there.get((estimator, rule, size), {}).get(column, nobody) for size in SIZES]
         mean, sd = np.array([(np.mean(each), np.std(each)) if each else nobody for each in ours]).T
         theirs = np.array([each for each, _ in of_paper])
         return Means(np.array(SIZES) / SIDE**2, mean, mean - sd, mean + sd, published=theirs)
 
 
-def figures() -> list[PaperFigure]:
-    """BOIDS Figures 4 to 7, in both settings."""
-    text = (
-        "BOIDS Fig. {}, setting {}. {} over the density of robots; mean and 1 standard deviation."
+CROSSES = {"authors": " Crosses: the authors' values.", "corrected": ""}
+FIGURES = tuple(
+    OverDensity(
+        f"boids{number}_{setting}",
+        f"BOIDS Fig. {number}, setting {setting}. {measure.words.capitalize()} over the density of"
+        f" robots; mean and 1 standard deviation.{CROSSES[setting]}",
+        setting,
+        measure,
     )
-    dots = {"authors": " Crosses: the authors' values.", "corrected": ""}
-    return [
-        OverDensity(
-            f"boids{number}_{setting}",
-            text.format(number, setting, measure.words.capitalize()) + dots[setting],
-            setting,
-            measure,
-        )
-        for setting in SETTINGS
-        for number, measure in enumerate(MEASURES, start=4)
-    ]
+    for setting in SETTINGS
+    for number, measure in enumerate(MEASURES, start=4)
+)
+"""BOIDS Figures 4 to 7, in both settings."""
 
 
 LEFT_OPEN = {
@@ -293,5 +283,5 @@ LEFT_OPEN = {
     "The experiments": "baselines.papers.adaptive_boids",
 }
 
-PAPER = Paper("adaptive-boids", CLAIMS, tuple(figures()), TRIALS, LEFT_OPEN)
+PAPER = Paper("adaptive-boids", CLAIMS, FIGURES, TRIALS, LEFT_OPEN)
 """BOIDS: every experiment, figure and order of Section 4."""

@@ -166,7 +166,7 @@ def _marked(
 
 LEFT_OPEN = {
     "The filters among e-pucks": "baselines.estimators.localisation:Localisation",
-    "Steering": "baselines.motion.boids_foraging",
+    "Steering": "baselines.motion.boids:steer_epuck",
     "The experiment": "baselines.papers.boids_foraging",
 }
 

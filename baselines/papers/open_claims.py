@@ -170,15 +170,17 @@ def sets_in(file: Path) -> Sets:
     numbers = {a: np.array([numbers_of(each, a) for each in episodes]) for a in ARENAS}
     far = {a: np.array([distance(each, a) for each in episodes]) for a in ARENAS}
     judged = [held(each) for each in episodes]
-    scores = {
-        a: np.array([sum(v for k, v in each.items() if k.startswith(a)) for each in judged])
-        - np.array([not any(k.startswith(a) for k in each) for each in judged])
-        for a in CHECKED
-    }
+    scores = {a: np.array([score(each, a) for each in judged]) for a in CHECKED}
     whole = {a: [episodes[k] for k in np.flatnonzero(scores[a] >= 0)] for a in ARENAS}
     betas = {a: Counter(best_beta(each, a) for each in whole[a]) for a in ARENAS}
     weights = np.array([es1, es1 * es2])
     return Sets(draws, prior, weights, numbers, far, betas, judged, scores)
+
+
+def score(judged: Mapping[str, bool], arena: str) -> int:
+    """How many claims on an arena hold; -1 where it was not measured whole."""
+    own = [holds for text, holds in judged.items() if text.startswith(arena)]
+    return sum(own) if own else -1
 
 
 def best_beta(episodes: Sequence[Measured], arena: str) -> str:

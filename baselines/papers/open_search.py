@@ -305,7 +305,7 @@ def search(file: Path, n_sets: int, seed: int) -> None:
         measured = measure_all(sets, is_whole=len(draws) == 0)
         rows = [{"draw": draw.tolist(), **values, "episodes": [asdict(each) for each in of]}
                 for draw, values, of in zip(new, sets, measured, strict=True)]  # fmt: skip
-        tables = [table, pa.Table.from_pylist(rows)][not len(draws) :]
+        tables = table, pa.Table.from_pylist(rows)
         table = pa.concat_tables(tables, promote_options="permissive")
         save(file, table)
         draws, episodes = np.concatenate([draws, new]), [*episodes, *measured]

@@ -122,17 +122,19 @@ def experiment(controller: str, world: World) -> Experiment:
     return Experiment(world.scenario, controller + world.parameters, world.settings, world.physics)
 
 
+def pair(policy: str, world: World) -> tuple[Experiment, Experiment]:
+    """A policy and `ssgikf` in a world."""
+    return experiment(policy, world), experiment(BASE, world)
+
+
 def falls_below(results: Results, policy: str, world: World) -> bool:
     """A policy makes fewer round trips than `ssgikf`."""
-    ours, base = (sample(results, experiment(each, world), round_trips) for each in (policy, BASE))
+    ours, base = (sample(results, each, round_trips) for each in pair(policy, world))
     return above(compare(base, ours))
 
 
 CLAIMS = tuple(
-    Order(
-        f"{policy} above {BASE} in every world",
-        tuple((experiment(policy, each), experiment(BASE, each)) for each in WORLDS),
-    )
+    Order(f"{policy} above {BASE} in every world", tuple(pair(policy, each) for each in WORLDS))
     for policy in POLICIES
 )
 """A question that no paper answers: is a policy above `ssgikf` in all worlds?"""
@@ -144,8 +146,7 @@ CAPTION = (
 RATIOS = {
     axis: {
         controller: {
-            name.replace("-", "\n"): (experiment(controller, world), experiment(BASE, world))
-            for name, world in worlds.items()
+            name.replace("-", "\n"): pair(controller, world) for name, world in worlds.items()
         }
         for controller in (BASE, *POLICIES)
     }
@@ -160,17 +161,13 @@ def table(results: Results) -> str:
     lines = []
     for policy in POLICIES:
         below = [
-            f"{axis}: {name} ({_ratio(results, policy, world):.2f})"
+            f"{axis}: {name} ({ratio_of_trips(results, *pair(policy, world)):.2f})"
             for axis, worlds in AXES.items()
             for name, world in worlds.items()
             if falls_below(results, policy, world)
         ]
         lines.append((policy, f"{len(below)} of {len(WORLDS)}", "; ".join(below) or "nowhere"))
     return markdown(("policy", f"worlds below {BASE}", "which, with the ratio"), lines)
-
-
-def _ratio(results: Results, policy: str, world: World) -> float:
-    return ratio_of_trips(results, experiment(policy, world), experiment(BASE, world))
 
 
 LEFT_OPEN = {"The experiment": "baselines.papers.transfer"}

@@ -12,10 +12,17 @@ from pydantic import ValidationError
 
 from baselines.estimators import boids_inputs
 from baselines.estimators.pose_prediction import PoseMind
-from baselines.motion import boids_foraging
-from baselines.motion.boids import BoidsParameters
-from baselines.motion.boids_foraging import FlockCourse
-from baselines.motion.flock import ALIGN, COHERE, GOAL, HOME, SEPARATE, adaptive_gains
+from baselines.motion.boids import (
+    ALIGN,
+    COHERE,
+    GOAL,
+    HOME,
+    SEPARATE,
+    BoidsParameters,
+    FlockCourse,
+    adaptive_gains,
+    steer_epuck,
+)
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.epuck import records as epuck
@@ -204,7 +211,7 @@ def foraging(numbers_of):
         seen.areas[:], seen.p[:] = rng.normal(size=(2, 2)), rng.uniform(0.0, 15.0, 2)
         seen.target[:], seen.known[:], seen.goal[:] = seen.areas[PREY], True, np.eye(3)[PREY]
         heard.n, heard.range_bearing[:2] = 2, BEAMS
-        boids_foraging.steer(seen, readings, heard, WHEELS.copy(), course, numbers)
+        steer_epuck(seen, readings, heard, WHEELS.copy(), course, numbers)
         return seen, course
 
     return steer

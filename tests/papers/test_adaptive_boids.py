@@ -16,6 +16,7 @@ from baselines.papers.adaptive_boids import (
     ESTIMATORS,
     GOALS,
     MEASURES,
+    PUBLISHED,
     RULES,
     SIZES,
     SUCCESS,
@@ -24,7 +25,6 @@ from baselines.papers.adaptive_boids import (
     NoDivergence,
     boids_experiment,
     deviation,
-    published,
 )
 from baselines.papers.claim_types import Order
 from swarm_forage_env.waypoints.episode import WaypointEpisode
@@ -41,7 +41,7 @@ def as_published(shift=0.0):
     results = {}
     for setting, *cell in product(("authors", "corrected"), ESTIMATORS, RULES, SIZES):
         estimator, rule, _ = cell
-        theirs = published().get(tuple(cell)) or published()[estimator, rule, 10]
+        theirs = PUBLISHED.get(tuple(cell)) or PUBLISHED[estimator, rule, 10]
         trials = []
         for sign in (-1.0, 1.0):
             numbers = {}
@@ -54,9 +54,9 @@ def as_published(shift=0.0):
 
 
 def test_all_published_means_are_known_and_nothing_else():
-    assert len(published()) == 27
-    assert sorted({size for *_, size in published()}) == [5, 10, 50]
-    mean, sd = published()["dead_reckoning", "goal", 5]["cov"]
+    assert len(PUBLISHED) == 27
+    assert sorted({size for *_, size in PUBLISHED}) == [5, 10, 50]
+    mean, sd = PUBLISHED["dead_reckoning", "goal", 5]["cov"]
     assert (mean, sd) == (12.8511, 3.8345)
 
 
@@ -122,7 +122,7 @@ def mean_matches(errors, size=10):
     """A claim on a published mean, and trials so many standard errors of the paper's from it."""
     cell = "dead_reckoning", "goal", size
     claim = MeanMatches(cell, ERROR)
-    mean, sd = published()[cell]["err"]
+    mean, sd = PUBLISHED[cell]["err"]
     value = mean + errors * sd / math.sqrt(100)
     return claim, {claim.experiments[0]: [replace(EPISODE, position_error_m=value)] * 4}
 
@@ -166,7 +166,7 @@ def test_who_is_off_by_the_side_of_the_world_has_diverged(numbers, n_lost):
 @pytest.mark.parametrize(("setting", "number"), [("authors", 4), ("corrected", 7)])
 def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, number, setting):
     monkeypatch.setattr(adaptive_boids, "mean_panels", lambda *arguments: arguments)
-    figures = {each.name: each for each in adaptive_boids.figures()}
+    figures = {each.name: each for each in adaptive_boids.FIGURES}
     figure, measure = figures[f"boids{number}_{setting}"], MEASURES[number - 4]
     results = {
         each: [replace(EPISODE, **{measure.field: value}) for value in (1.0, 3.0)]
@@ -182,7 +182,7 @@ def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, numbe
         assert means.x.tolist() == [0.05, 0.1, 0.25, 0.5]  # robots on 100 m2
         for found, value in ((means.mean, 2.0), (means.low, 1.0), (means.high, 3.0)):
             np.testing.assert_allclose(found, np.where(gone, np.nan, value * factor))
-        theirs = [published()[estimator, rule, n][measure.column][0]
+        theirs = [PUBLISHED[estimator, rule, n][measure.column][0]
                   if n != 25 and setting == "authors" else np.nan for n in SIZES]  # fmt: skip
         np.testing.assert_array_equal(means.published, theirs)
     assert "n = 2 trials each" in caption.note
