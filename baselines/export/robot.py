@@ -43,21 +43,12 @@ VIEWS = {"swarm": "robots", "voices": "minds", "robot_words": "robots", "mind_wo
 TICK = 0  # asks for a tick; a larger number to start the stream of a cause, less one, from a seed
 
 
-def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
-    robots: Array,
-    minds: Array,
-    memories: Array,
-    shared: Array,
-    settings: Array,
-    piloting: Arrays,
-    i: int,
-    asked: int,
-    seed: int,
-) -> int:
+def run_robot(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int) -> int:
     """Run a tick of robot i, or start it from a seed; 1 if a number of it cannot be used.
 
     Free names: compose, set_stream, pilot; those of `update_and_describe` and `act`.
     """
+    robots, minds, memories, shared, settings = records
     if asked != TICK:
         set_stream(memories[i], first_word(np.uint64(seed), i, asked - 1))
         return 0
@@ -69,20 +60,11 @@ def run_robot(  # noqa: PLR0913 a robot's records, and what is asked
     return 0 if is_usable else 1
 
 
-def run_policy(  # noqa: PLR0913 as `run_robot`
-    robots: Array,
-    minds: Array,
-    memories: Array,
-    shared: Array,
-    settings: Array,
-    piloting: Arrays,
-    i: int,
-    asked: int,
-    seed: int,
-) -> int:
+def run_policy(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int) -> int:
     """The same where a policy is everything. Free names: hear_words, pilot, apply_action."""
     if asked != TICK:
         return 0
+    robots, minds, _, _, _ = records
     hear_words((piloting[0],), piloting[1], 0, i)
     pilot(i, piloting)
     apply_action(robots[i], minds[i])
@@ -193,7 +175,7 @@ class ExportedRobot:
             own = self._pilot.handed_over.replace("n_robots", str(n))
             piloting = f"swarm, voices, ticks, pilot_robots, ({own},)"
             own_pilot = bind(pilot_robot, {"act_as_learner": self._pilot.kernel})
-        call = f"called({', '.join(records)}, ({piloting},), i, asked * {1 + self.noise}, seed)"
+        call = f"called(({', '.join(records)}), ({piloting},), i, asked * {1 + self.noise}, seed)"
         run = bind(self._run, {**self._functions, "pilot": own_pilot})
         arrays = {**records, **self.policy, **views}
         return llvm_text_of(run, arrays, ("i", "asked", "seed"), call, types.int64)

@@ -209,14 +209,14 @@ def check_best(file: Path, best: int, physics: str) -> None:
     """Check today's set and the best ones in other worlds of all arenas, and keep what holds."""
     sets, checks = sets_in(file), file.with_suffix(".json")
     numbers = [k for k in sets.best(*CHECKED) if k][:best]
-    chosen = [None, *(values_of(sets.draws[k]) for k in numbers)]
-    names = ["today", *(f"set {k}" for k in numbers)]
-    checked: list[dict[str, Any]]
-    checked = [{"name": name, "physics": physics, "values": values, "holds": {}}
-               for name, values in zip(names, chosen, strict=True)]  # fmt: skip
+    chosen = {"today": None} | {f"set {k}": values_of(sets.draws[k]) for k in numbers}
+    checked: list[dict[str, Any]] = [
+        {"name": name, "physics": physics, "values": values, "holds": {}}
+        for name, values in chosen.items()
+    ]
     for arena in CHECKED:
-        for each, values in zip(checked, chosen, strict=True):
-            each["holds"] |= check(values, arena, physics, EPISODES)
+        for each in checked:
+            each["holds"] |= check(each["values"], arena, physics, EPISODES)
         write_atomically(checks, (json.dumps(checked, indent=1) + "\n").encode())
         say(f"{arena}: {len(checked)} sets checked")
 
