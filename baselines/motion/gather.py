@@ -43,23 +43,6 @@ class GatheringCourse(Course):
 
 
 @kernel
-def chance_to_leave(n_near: int, alone: float) -> float:
-    """The probability to leave black floor in a tick, with n robots near: alone / (1 + n)^2."""
-    return alone / ((1.0 + n_near) * (1.0 + n_near))
-
-
-@kernel
-def explore(readings: Readings, wheels: Wheels, course: Course, numbers: Numbers) -> None:
-    """Wander and avoid obstacles, as in subsumption."""
-    creep = 0.0
-    if avoid(course, readings, numbers, KEEP_RIGHT):
-        creep = numbers.creep
-    else:
-        wander(course, numbers)
-    head_for(course.turn, creep, wheels, course, numbers)
-
-
-@kernel
 def steer(
     situation: NoSituation,
     readings: Readings,
@@ -68,16 +51,27 @@ def steer(
     course: GatheringCourse,
     numbers: Numbers,
 ) -> None:
-    """Stop or explore, by the floor and the neighbours. Source: Francesca2014, Garnier2008."""
+    """Stop or explore, by the floor and the neighbours. Source: Francesca2014, Garnier2008.
+
+    Who has stopped leaves black floor in a tick with the probability leave / (1 + n)^2, where n
+    robots are near; to explore is to wander and to avoid obstacles, as in subsumption.
+    """
+    near = 1.0 + heard.n
     if readings.ground[1] > BLACK_BELOW:
         course.has_stopped = False
     elif course.has_stopped:
-        course.has_stopped = unit(course.stream, 0) >= chance_to_leave(heard.n, numbers.leave)
+        course.has_stopped = unit(course.stream, 0) >= numbers.leave / (near * near)
     else:
         course.has_stopped = unit(course.stream, 0) < numbers.stop
     wheels[0] = wheels[1] = 0.0
-    if not course.has_stopped:
-        explore(readings, wheels, course, numbers)
+    if course.has_stopped:
+        return
+    creep = 0.0
+    if avoid(course, readings, numbers, KEEP_RIGHT):
+        creep = numbers.creep
+    else:
+        wander(course, numbers)
+    head_for(course.turn, creep, wheels, course, numbers)
 
 
 @MOTIONS.register("gather")

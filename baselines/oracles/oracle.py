@@ -4,7 +4,7 @@ Not in the paper: all of it. It is the best that any weighting rule with g in {0
 one exchange; not a bound on what blending can do, nor on a whole episode.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -22,24 +22,17 @@ class OracleWeighting(Parameters):
 
     heard_p_share: ClassVar[float] = 1.0
 
-    def start_knowing(self, running: RunningLayers, world: ForagingWorld) -> "NearerEstimate":
-        """The rule for the robots of a running controller, in a world that it knows."""
-        return NearerEstimate(running.minds, world)
+    def start_knowing(
+        self, running: RunningLayers, world: ForagingWorld
+    ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
+        """g = 1 where the heard estimate errs less than the own one, else 0, in this world."""
 
+        def weigh(exchange: Rows) -> Float32[Array, "rows areas"]:
+            own, heard = errors(running.minds, world)
+            nearer = np.hypot(*heard.T).T < np.hypot(*own.T).T
+            return np.asarray(exchange.heard_known * nearer)
 
-@dataclass(frozen=True)
-class NearerEstimate:
-    """g = 1 where the heard estimate errs less than the own one, else 0."""
-
-    minds: Array
-    world: ForagingWorld
-
-    def __call__(self, exchange: Rows) -> Float32[Array, "rows areas"]:
-        """g for each row and area."""
-        own, heard = errors(self.minds, self.world)
-        nearer = np.hypot(*heard.T).T < np.hypot(*own.T).T
-        g: Float32[Array, "rows areas"] = exchange.heard_known * nearer
-        return g
+        return weigh
 
 
 def errors(
