@@ -14,6 +14,7 @@ import numpy as np
 
 from baselines.composition import (
     LAYERS,
+    Layers,
     Members,
     Row,
     check_alike,
@@ -30,8 +31,8 @@ from swarm_forage_env.interface import (
     KEEP,
     RULE,
     CompiledLayers,
+    EstimatorLayer,
     Kernel,
-    MotionLayer,
     MotionRule,
     WeightingRule,
 )
@@ -58,23 +59,15 @@ class CompositionGroup:
     """Robots whose layers have the same functions."""
 
     def __init__(
-        self,
-        running: "RunningLayers",
-        robot_layers: Sequence[Row],
-        members: Members,
-        is_last: bool,
-        seeds: Sequence[int],
+        self, running: "RunningLayers", own: Layers, members: Members, seeds: Sequence[int]
     ) -> None:
-        """`is_last`: no other group of their team is decided after it."""
-        world, leader = running.world, int(np.argmax(members))
-        own = robot_layers[0][leader]
-        motion: MotionLayer = own.motion
-        self.members, self.motion, self.is_last = members, motion, is_last
+        """`own`: the layers of one of the members."""
+        world, motion = running.world, own.motion
+        self.members, self.motion = members, motion
         minds, memory = running.minds, motion.memory.dtype(robots=len(members))
         place = offset_of(minds.dtype, "motion")
         self.memories: Array = np.ndarray(minds.shape, memory, minds, place, minds.strides)
         """The motion's memory of each robot; that of another group may be larger."""
-        self.settings = settings_of(robot_layers, LAYERS, members, is_last)
         self.functions: Mapping[str, Kernel] = {
             **running.estimator.kernels,
             **motion.kernels,
@@ -131,16 +124,15 @@ class RunningLayers:
         self.controllers = controllers
         robot_layers = layers_by_robot(controllers, world.scenarios)
         check_alike(robot_layers)
-        groups = groups_of(robot_layers[0])
-        self.estimator = robot_layers[0][int(np.argmax(groups[0]))].estimator
-        self._first_layers = robot_layers[0]
-        self._allocate(robot_layers[0])
-        self._team: Members = np.any(groups, axis=0)
-        self._settings = settings_of(robot_layers, ("estimator",), self._team)
+        self._first_layers, groups = robot_layers[0], groups_of(robot_layers[0])
+        leaders = [self._first_layers[int(np.argmax(members))] for members in groups]
+        self.estimator: EstimatorLayer = leaders[0].estimator
+        self._allocate(self._first_layers)
         self._groups = [
-            CompositionGroup(self, robot_layers, members, members is groups[-1], seeds)
-            for members in groups
+            CompositionGroup(self, own, members, seeds)
+            for own, members in zip(leaders, groups, strict=True)
         ]
+        self._settings = self._settings_of(robot_layers)
 
     @property
     def has_rules(self) -> bool:
@@ -154,14 +146,14 @@ class RunningLayers:
         groups = [
             CompiledLayers(
                 group.functions,
-                (self._estimators, group.memories, self.shared, group.settings),
+                (self._estimators, group.memories, self.shared, settings),
                 (
                     self.estimator.mind.array((1,), robots=n_robots),
                     group.motion.memory.array((1,), robots=n_robots),
                 ),
                 int(group.motion.noise),
             )
-            for group in self._groups
+            for group, settings in zip(self._groups, self._settings[1:], strict=True)
         ]
         if len(groups) == 1:
             return groups[0]
@@ -170,7 +162,7 @@ class RunningLayers:
         ]
         first = groups[0]
         observing = CompiledLayers(
-            {**first.functions, "decide_world": nothing}, (*first.arrays[:3], self._settings)
+            {**first.functions, "decide_world": nothing}, (*first.arrays[:3], self._settings[0])
         )
         return joined([*deciding, observing])
 
@@ -204,13 +196,11 @@ class RunningLayers:
         """
         robot_layers = layers_by_robot([self.controllers[world]], [scenario])
         check_alike([self._first_layers, robot_layers[0]])
-        groups = ((each.members, each.is_last) for each in self._groups)
-        by_group = (settings_of(robot_layers, LAYERS, *each) for each in groups)
-        return [settings_of(robot_layers, ("estimator",), self._team), *by_group]
+        return self._settings_of(robot_layers)
 
     def renumber(self, world: int, numbers: Sequence[Array]) -> None:
         """Use these numbers in one world from now on."""
-        for settings, own in zip(self._all_settings, numbers, strict=True):
+        for settings, own in zip(self._settings, numbers, strict=True):
             settings[world] = own[0]
 
     def snapshot(self) -> dict[str, Any]:
@@ -218,14 +208,14 @@ class RunningLayers:
         return {
             "minds": self.minds.copy(),
             "shared": self.shared.copy(),
-            "settings": [settings.copy() for settings in self._all_settings],
+            "settings": [settings.copy() for settings in self._settings],
             "motions": deepcopy([group.steer for group in self._groups]),
         }
 
     def restore(self, kept: Mapping[str, Any]) -> None:
         """Restore a snapshot; arrays keep their place in memory."""
         self.minds[...], self.shared[...] = kept["minds"], kept["shared"]
-        for settings, own in zip(self._all_settings, kept["settings"], strict=True):
+        for settings, own in zip(self._settings, kept["settings"], strict=True):
             settings[...] = own
         for group, motion in zip(self._groups, deepcopy(kept["motions"]), strict=True):
             group.steer = motion
@@ -253,9 +243,14 @@ class RunningLayers:
         for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
             yield copied_rows(self.world.robots, path.split(".")[1:])
 
-    @property
-    def _all_settings(self) -> list[Array]:
-        return [self._settings, *(group.settings for group in self._groups)]
+    def _settings_of(self, robot_layers: Sequence[Row]) -> list[Array]:
+        """The parameters of each robot of each world, for the team and for each group."""
+        by_group = [
+            settings_of(robot_layers, LAYERS, each.members, is_last=each is self._groups[-1])
+            for each in self._groups
+        ]
+        team = np.any([each.members for each in self._groups], axis=0)
+        return [settings_of(robot_layers, ("estimator",), team), *by_group]
 
     def _allocate(self, row: Row) -> None:
         n_worlds, n_robots = self.world.n_worlds, self.world.n_robots

@@ -86,7 +86,7 @@ class ForagingLoop(Loop):
         """A tick, stage by stage, in which messages are composed that nobody will hear."""
         running = self.controller
         self.run_stages("decide", first=first, last=last)
-        self._compose_all(running.minds["estimator"], running._settings)
+        self._compose_all(running.minds["estimator"], running._settings[0])
         self.words = words_of(rows(running.minds["estimator"]["message"]))
         self.known = rows(self.world.robots).report.known.copy()
         self.world.tick(first, last)
