@@ -12,17 +12,8 @@ from pydantic import ValidationError
 
 from baselines.estimators import boids_inputs
 from baselines.estimators.pose_prediction import PoseMind
-from baselines.motion.boids import (
-    ALIGN,
-    COHERE,
-    GOAL,
-    HOME,
-    SEPARATE,
-    BoidsParameters,
-    FlockCourse,
-    adaptive_gains,
-    steer_epuck,
-)
+from baselines.motion import boids
+from baselines.motion.boids import ALIGN, COHERE, GOAL, HOME, SEPARATE, adaptive_gains
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.epuck import records as epuck
@@ -54,7 +45,7 @@ def pull(numbers_of):
     """The acceleration that boids command in a situation."""
 
     def steer(seen, **parameters):
-        layer = BoidsParameters(**parameters).layer(SCENARIO)
+        layer = boids.BoidsParameters(**parameters).layer(SCENARIO)
         memory, readings = (rows(kind.array((1,)))[0] for kind in (layer.memory, Readings))
         found = np.full(2, 9.0, np.float32)
         layer.steer(seen, readings, found, memory, numbers_of(layer.numbers))
@@ -108,7 +99,7 @@ def test_adaptive_gains_are_those_of_the_paper_and_are_not_clamped(stimuli, gain
 )
 def test_gains_that_make_no_sense_are_refused(wrong):
     with pytest.raises(ValidationError):
-        BoidsParameters(**wrong)
+        boids.BoidsParameters(**wrong)
 
 
 STATIC = {"alignment": 0.3, "separation": 0.5, "cohesion": 0.7, "homing": 1.1, "seeking": 1.3}
@@ -203,15 +194,15 @@ def foraging(numbers_of):
     """What a robot sees that knows both areas and heads for the prey; by what it is steered."""
 
     def steer(seed, **parameters):
-        numbers = numbers_of(BoidsParameters(**parameters).layer(ES1).numbers)
+        numbers = numbers_of(boids.BoidsParameters(**parameters).layer(ES1).numbers)
         rng, heard = np.random.default_rng(seed), rows(epuck.Heard.array((1,), slots=4))[0]
         seen, readings, course = (
-            rows(kind.array((1,)))[0] for kind in (Foraging, epuck.Readings, FlockCourse)
+            rows(kind.array((1,)))[0] for kind in (Foraging, epuck.Readings, boids.FlockCourse)
         )
         seen.areas[:], seen.p[:] = rng.normal(size=(2, 2)), rng.uniform(0.0, 15.0, 2)
         seen.target[:], seen.known[:], seen.goal[:] = seen.areas[PREY], True, np.eye(3)[PREY]
         heard.n, heard.range_bearing[:2] = 2, BEAMS
-        steer_epuck(seen, readings, heard, WHEELS.copy(), course, numbers)
+        boids.steer_epuck(seen, readings, heard, WHEELS.copy(), course, numbers)
         return seen, course
 
     return steer
@@ -239,7 +230,7 @@ def test_the_rules_sum_up_to_the_pull(foraging, gains, seed):
     expected = np.array([0.3, 1.0, 1.0, 1.0, 1.3]) if gains == "static" else np.eye(5)[GOAL]
     if gains == "adaptive":
         far = np.linalg.norm(seen.areas.astype(float), axis=1) / SIDE
-        p = seen.p[PREY] / BoidsParameters().trust
+        p = seen.p[PREY] / boids.BoidsParameters().trust
         adaptive_gains(2 / ES1.task.n_robots, p, 0.0, far[PREY], far[NEST], expected)
     velocity = np.array([SPEED * WHEELS.mean(), 0.0])
     forces = [unit(SPEED * unit(way.astype(float)) - velocity) for way in course.ways]
