@@ -103,7 +103,7 @@ def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, 
         for end in pair:
             yield {name: end}
     every, ends_alike = product(*ranges.values()), zip(*ranges.values(), strict=True)
-    together = every if len(ranges) <= MAX_TOGETHER else ends_alike
+    together = every if 0 < len(ranges) <= MAX_TOGETHER else ends_alike
     for ends in together:
         yield dict(zip(ranges, ends, strict=True))
 

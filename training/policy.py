@@ -25,7 +25,8 @@ from training.policy_card import PolicyCard, read_policy_card
 SHOWN_BY = tuple(
     Path(envs.__file__).with_name(f"{name}.py")
     for name in (
-        "actions", "extra_observations", "config", "decision_kernels", "observations", "policy_form"
+        "actions", "extra_observations", "config", "decision", "decision_kernels", "observations",
+        "policy_form",
     )
 )  # fmt: skip
 """The code of environments between a policy and the world."""

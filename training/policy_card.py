@@ -16,7 +16,6 @@ from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.make import EnvParts, checked_parts, made_with
-from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Parameters
@@ -68,8 +67,7 @@ class PolicyCard(Parameters):
 
 def card_of(parts: EnvParts) -> PolicyCard:
     """The card of a policy that is trained under checked keywords of `parallel_env`."""
-    form = PolicyForm([parts.scenario], parts.config)
-    return PolicyCard.model_validate_json(made_with(parts, form))
+    return PolicyCard.model_validate_json(made_with(parts.form, parts.controller))
 
 
 def save_policy_card(

@@ -102,7 +102,7 @@ class PolicyController(LayeredController):
     def pilot(self, scenario: BaseScenario) -> Pilot:
         """The policy, compiled beside the world; ConfigError for one that Python must call."""
         form = self.form(scenario)
-        if self.policy.chance or form.observer.parts or form.config.stack > 1:
+        if self.policy.chance or form.additions or form.config.stack > 1:
             raise ConfigError(
                 f"policy {self.policy.source}: Python calls a policy that is stochastic or"
                 " observes more than its layer does in a tick; leave out chance=true, or take one"
@@ -126,7 +126,7 @@ class PolicyController(LayeredController):
         if not self.is_everything:
             self.hand_written.check_usable(scenario)
         form = self.form(scenario)
-        Steer(self.policy, form, form.everybody)
+        Steer(self.policy, form, range(len(form.agents)))
 
     def check_supports(self, scenario: BaseScenario) -> None:
         """ConfigError if a hand-written layer is not made for the world of this scenario."""

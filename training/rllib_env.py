@@ -198,7 +198,7 @@ def save_policies(algorithm: Algorithm, folder: str | Path) -> list[Path]:
     options = dict(config.env_config)
     scenario, controller = options.pop("scenario", "es1"), options.pop("controller", None)
     parts = checked_parts(scenario, controller, options)
-    card, n_robots = card_of(parts), parts.scenario.task.n_robots
+    card, n_robots = card_of(parts), parts.form.scenario.task.n_robots
     return [
         save_torchscript(
             _acting(algorithm.get_module(name), config), n_robots, card, Path(folder) / f"{name}.pt"

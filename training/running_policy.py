@@ -7,6 +7,8 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
+from swarm_forage_env.envs.actions import Actions
+from swarm_forage_env.envs.decision import Observing
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, RunningController
@@ -38,8 +40,9 @@ class Steer:
                 " the actions; leave it out"
             )
         self._action, self._space = form.action, form.action_space
-        self._actions = form.actions(robots)
-        self(form.dummy(robots), np.zeros(n, np.uint64), np.zeros((n, self.n_state), np.float32))
+        self._actions = Actions([form.agents[robot] for robot in robots], form.action)
+        seen, states = (np.zeros((n, k), np.float32) for k in (len(form.layout), self.n_state))
+        self(seen, np.zeros(n, np.uint64), states)
 
     def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
         """The actions of one decision; ConfigError for actions or states that are not usable."""
@@ -83,7 +86,7 @@ class RunningForeignPolicy:
         self._robots = np.array(robots)
         self.minds = inner.minds
         place = WorldsOnCpu(world, inner.minds)
-        self._observing = form.observing(place, robots)
+        self._observing = Observing(form, place, self._robots)
         self._write, self._fields = place.kernel(write_rows, {}), place.fields(form.policy.action)
         shape = world.n_worlds, len(robots), len(form.policy.action)
         self._held = np.zeros(shape, np.float32)
@@ -167,7 +170,7 @@ class RunningForeignPolicy:
         modes = np.full(self._world.n_worlds, STANDS, np.int8)
         modes[due] = np.where(decisions[due] == 0, BEGINS, RUNS)
         seen: Float32[Array, "worlds robots numbers"] = self._observing(
-            self._held, modes, lambda: 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
+            self._held, modes, 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
         )
         return seen
 

@@ -410,8 +410,8 @@ def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
         if space.low and [space.low, space.high] != bounds:
             other = f"gives actions from {shown(space.low)} to {shown(space.high)}; here they are"
             other += f" from {shown(bounds[0])} to {shown(bounds[1])}"
-    layout, size = form.observer.layout, 1.0 if form.config.normalise else np.inf
-    n = min((first for first, _ in form.observer.features), default=len(layout))
+    layout, size = form.observed, 1.0 if form.config.normalise else np.inf
+    n = min((first for _, first, _ in form.additions), default=len(layout))
     low = np.array([0.0 if each.low >= 0.0 else -size for each in layout[:n]])
     seen = saved.last_numbers
     rows = seen[: len(seen) // len(layout) * len(layout)].reshape(-1, len(layout))[:, :n]

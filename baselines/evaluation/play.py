@@ -318,7 +318,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
     first_mind, first_memory = loop.controller.compiled.firsts
     kinds = own["robots"].dtype, own["minds"].dtype
     minds = np.dtype([("estimator", kinds[1])])
-    *_, bound, squashes = form.observer.scaling
+    *_, bound, squashes = form.scaling
     pilot = swarm.pilot and swarm.pilot.arrays(n, *kinds, np.arange(widest["near"][1]))
     return {
         **own,
@@ -332,7 +332,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
         "pairs": np.zeros((every * n * n, 2), np.int32),
         "robot_words": own["robots"].view(np.float32),
         "mind_words": own["minds"].view(np.float32),
-        "spans": spans_of(form.observer.shown, {"robots": own["robots"].dtype, "minds": minds}),
+        "spans": spans_of(form.shown, {"robots": own["robots"].dtype, "minds": minds}),
         "learners": np.zeros(1, np.int64),
         "bound": bound,
         "squashes": squashes.view(np.uint8),
@@ -422,7 +422,7 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
         "begin_worlds": bind(begin_worlds, functions),
         "observe": bind(observe, {}),
     }
-    direction, direction_to, has_walk, *_ = _form(usual).observer.scaling
+    direction, direction_to, has_walk, *_ = _form(usual).scaling
     shapes = {name: _shape(name, array, world.n_robots, every) for name, array in memory.items()}
     numbers = "n_robots", *(number for _, number in WIDTHS.values()), "n_ticks"
     call = CALL.format(

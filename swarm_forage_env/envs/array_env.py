@@ -1,6 +1,6 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NamedTuple, Self, Unpack
 
@@ -11,23 +11,23 @@ from swarm_forage_env.arrays import Array, Bool, Float32, Int64
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.device_loop import DeviceLoop, placed
 from swarm_forage_env.envs.actions import Actions, as_array
-from swarm_forage_env.envs.config import EnvConfig, chosen_robots, n_steps
+from swarm_forage_env.envs.config import EnvConfig, chosen_robots
 from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
 from swarm_forage_env.envs.keywords import EnvOptions
-from swarm_forage_env.envs.make import EnvParts, checked_parts, made_with, name_and_changes, put_on
+from swarm_forage_env.envs.make import ON_SPACE, checked_parts, made_with, name_and_changes
 from swarm_forage_env.envs.notebook import html_of, title_of
-from swarm_forage_env.envs.observations import Normaliser, added, normalised
+from swarm_forage_env.envs.observations import normalise_rows, normalised, typical_sizes
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.envs.rewards import REWARDS, OwnReward
-from swarm_forage_env.envs.stepping import Exchanges, Ticks, Worlds
+from swarm_forage_env.envs.rewards import OwnReward
+from swarm_forage_env.envs.stepping import Exchanges, Worlds
 from swarm_forage_env.envs.whole_decision import WholeDecision
-from swarm_forage_env.errors import ConfigError, UnknownNameError, checked_count
+from swarm_forage_env.errors import ConfigError, checked_count
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.policy_interface import Index, PolicyInterface
+from swarm_forage_env.policy_interface import Index
+from swarm_forage_env.randomise import Randomisation
 from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
@@ -119,28 +119,30 @@ class ArrayEnv:
         self._made_by = scenario, n_worlds, controller, stagger, device, options
         self.n_worlds = checked_count("n_worlds", n_worlds)
         parts = checked_parts(scenario, controller, options)
-        self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
-        self.policy = parts.task.policies[parts.config.learn]
-        self._beside = name_and_changes(parts.controller)
-        _check_reward(parts.config.reward)
+        form, config = parts.form, parts.form.config
+        self.config, self.task, self._is_staggered = config, form.task, stagger
         if device == "cuda":
-            _check_on_gpu(parts.config, self.policy)
-        self.max_cycles = n_steps(parts.scenario, parts.config)
-        self.loop = self._made_loop(parts)
-        self.agents = self.task.agents(self.world.n_robots)
-        robots = chosen_robots(parts.config.learners, self.agents)
+            _check_on_gpu(config, form)
+        randomisation = Randomisation(form.scenario, config.randomise)
+        if randomisation.ranges:
+            form = PolicyForm(randomisation.extremes(), config)
+        self.policy, self.max_cycles, self.agents = form.policy, form.max_cycles, form.agents
+        self._beside = name_and_changes(parts.controller)
+        made_of = parts.controller, range(self.n_worlds), config.physics, config.threads
+        self.loop = Loop(form.scenario, *made_of, is_blank=True)
+        robots = chosen_robots(config.learners, self.agents)
         self.learners = [self.agents[robot] for robot in robots]
-        is_all = len(robots) == len(self.agents)
         self.learner_numbers: Int64[Array, " learners"] = np.array(robots, np.int64)
         """The numbers of the robots that learn."""
-        learns: Index = slice(None) if is_all else self.learner_numbers
+        learns: Index = slice(None) if len(robots) == len(self.agents) else self.learner_numbers
         own = dict.fromkeys(self.policy.replaces, (slice(None), learns))
         copied = slice(None if device == "cpu" else 1)  # a GPU is given the first world
-        action = self.world.robots["action"][copied]
-        PolicyForm([parts.scenario], parts.config).hand_over(action, own)
+        form.hand_over(self.world.robots["action"][copied], own)
         self._on: Worlds = placed(self.loop, device)
-        self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
-        self._prepare(parts)
+        self.episodes = Episodes(self._on, randomisation, form.check_bounds)
+        self._prepare(form)
+        self.card = made_with(form, parts.controller)
+        setattr(self.observation_space, ON_SPACE, self.card)
 
     def __repr__(self) -> str:
         return self.described(type(self).__name__)
@@ -170,7 +172,7 @@ class ArrayEnv:
     @property
     def robot_steps(self) -> int:
         """Control ticks of the learners of all worlds, since the environment was made."""
-        return self._stepper.ticks * len(self.learners)
+        return self._ticks * len(self.learners)
 
     @property
     def is_over(self) -> Bool[Array, " worlds"]:
@@ -256,7 +258,7 @@ class ArrayEnv:
     def count_step(self) -> Bool[Array, " worlds"]:
         """The CPU's part of `step_and_reset`, which counts as the GPU does; where episodes end."""
         self.episodes.check_running()
-        self._count()
+        self._count_at_once()
         return self.episodes.follow_on(self.max_cycles)
 
     def launch(self, actions: PlacedArray, room: tuple[PlacedArray, ...]) -> None:
@@ -276,12 +278,14 @@ class ArrayEnv:
         """Raise what went wrong on a GPU since the last time, as a refused action: waits for it."""
         self._on.check()
 
-    def _count(self) -> None:
-        """Count a step that is one launch."""
+    def _count_at_once(self) -> None:
         assert self._at_once is not None
-        assert isinstance(self._stepper, Ticks)
         self._at_once.catch_up()
-        self._stepper.count()
+        self._count()
+
+    def _count(self) -> None:
+        self.episodes.steps += 1
+        self._ticks += self.config.period * self.n_worlds
 
     def _placed(self, actions: object) -> PlacedArray:
         """Actions as they lie on a GPU, checked where a decision does not check them itself."""
@@ -293,21 +297,35 @@ class ArrayEnv:
     def _decided(self, actions: PlacedArray) -> Step:
         if self._at_once is not None:
             rewards, _, seen, over = room = self.room()
-            self._count()
+            self._count_at_once()
             self._at_once(actions, self.config.period, 0, room)
             never = self.memory.lend(self._never)
             return seen[0], rewards[1], never, over, self._infos(rewards[0])
         self._decisions.write_actions(actions)
-        self._stepper.run()
+        self._run()
         unshaped, rewards = self._decisions.rewards()
         seen = self._decisions.observe(self.episodes.share_left)
         truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._never)
         return seen, rewards, never, truncated, self._infos(unshaped)
 
+    def _run(self) -> None:
+        """The ticks of a decision, in which `earned` adds up what every robot earns."""
+        if self._exchanges is not None:
+            self._ticks += self._exchanges.run()
+            return
+        if self._own_reward is not None:
+            self._own_reward.run(self.config.period)
+        else:
+            self._on.run(self.config.period)
+        self._count()
+
     @cached_property
     def actions(self) -> Actions:
         """What checks the actions of all learners on a CPU, and names those that it refuses."""
-        return Actions(_names(self.learners, self.n_worlds), self._action_form)
+        names = self.learners
+        if self.n_worlds > 1:
+            names = [f"{name} of world {w}" for w in range(self.n_worlds) for name in names]
+        return Actions(names, self._action_form)
 
     def state(self) -> Float32[Array, "worlds numbers"]:
         """The truth about every world, as `state_layout` says; for centralised critics.
@@ -316,8 +334,8 @@ class ArrayEnv:
         """
         self.download()
         state: Float32[Array, "worlds numbers"] = self.truth.state(self.episodes.share_gone)
-        if self._state is not None:
-            self._state(state)
+        if self.config.normalise:
+            normalise_rows(state, *self._state_sizes)
         return state
 
     def log(self) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
@@ -385,59 +403,48 @@ class ArrayEnv:
         ArrayEnv.__init__(self, *made_by, **options)
         self.restore(state["snapshot"])
 
-    def _made_loop(self, parts: EnvParts) -> Loop:
-        config, seeds = parts.config, range(self.n_worlds)
-        made_of = parts.scenario, parts.controller, seeds, config.physics, config.threads
-        return Loop(*made_of, is_blank=True)
-
-    def _prepare(self, parts: EnvParts) -> None:
+    def _prepare(self, form: PolicyForm) -> None:
         """Make the spaces, and what a decision consists of."""
         config, worlds, learners = self.config, self._on, self.learner_numbers
-        scenarios = self.episodes.extremes
-        form = PolicyForm(scenarios, config)
-        self.episodes.check_bounds = form.check_bounds
         self._at_once = None
         if isinstance(worlds, DeviceLoop) and config.step_on != "exchange":
             self._at_once = WholeDecision(worlds, form, learners, self.episodes)
         self._decisions = self._at_once or Decisions(worlds, form, learners)
-        self._stepper: Exchanges | Ticks
+        self._exchanges: Exchanges | None = None
+        self._own_reward: OwnReward | None = None
+        self._ticks = 0
         if config.step_on == "exchange":
-            self._stepper = Exchanges(worlds, self.episodes, learners)
-        else:
-            is_named = isinstance(config.reward, str)
-            own = None if is_named else OwnReward(self.world, self.task, config.reward)
-            self._stepper = Ticks(worlds, self.episodes, config.period, own)
+            self._exchanges = Exchanges(worlds, self.episodes, learners)
+        elif not isinstance(config.reward, str):
+            self._own_reward = OwnReward(self.loop, config.reward)
         self._learners = self.memory.to_device(learners)
         self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
         self._drawn = self._lent_drawn()
         self.observation_layout, self.observation_space = form.layout, form.observation_space
-        self.card = made_with(parts, form)
-        put_on(self.observation_space, self.card)
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
         self._action_form = form.action
-        self._describe_state(scenarios)
+        self._describe_state()
         log = self.truth.logs[worlds.estimators is not None]
         self._write_log = worlds.kernel(write_log, {"log": log})
 
-    def _describe_state(self, scenarios: Sequence[BaseScenario]) -> None:
-        """Make what writes the truth, which is as wide as in any of these scenarios."""
+    def _describe_state(self) -> None:
+        """Make what writes the truth, which is as wide as in any scenario of an episode."""
         truths = [
             self.task.global_state(self.world, self.loop.controller, self.agents, each)
-            for each in scenarios
+            for each in self.episodes.extremes
         ]
         self.truth = max(truths, key=lambda each: len(each.layout))
-        state_layout = Layout(widest([each.layout for each in truths]))
-        is_normal = self.config.normalise
-        self._state = Normaliser(state_layout) if is_normal else None
-        self.state_layout = normalised(state_layout) if is_normal else state_layout
+        self.state_layout = Layout(widest([each.layout for each in truths]))
+        if self.config.normalise:
+            self._state_sizes = typical_sizes(self.state_layout)
+            self.state_layout = normalised(self.state_layout)
         self.state_space: Box = self.state_layout.box()
 
     def _infos(self, unshaped: PlacedArray) -> Infos:
         """The unshaped reward, whose next action counts, and what was drawn."""
-        acts, lend = self._stepper.acts(), self.memory.lend
-        acting = {} if acts is None else {"acts": acts}
-        drawn = {name: lend(each) for name, each in self._drawn.items()}
+        acting = {} if self._exchanges is None else {"acts": self._exchanges.acts()}
+        drawn = {name: self.memory.lend(each) for name, each in self._drawn.items()}
         return {"unshaped_reward": unshaped, **acting, **drawn}
 
     def _lent_drawn(self) -> dict[str, PlacedArray]:
@@ -450,23 +457,12 @@ array_env = ArrayEnv
 """The batch API, under a name like that of `parallel_env`."""
 
 
-def _check_reward(reward: object) -> None:
-    if isinstance(reward, str) and reward not in REWARDS:
-        raise UnknownNameError("reward", reward, REWARDS)
-
-
-def _check_on_gpu(config: EnvConfig, policy: PolicyInterface) -> None:
-    _, beside = added(config.observation, policy)
-    own = [each for each in beside if not isinstance(each, RowObservation)]
+def _check_on_gpu(config: EnvConfig, form: PolicyForm) -> None:
     refused = "runs on a CPU only; leave it out, or take device='cpu'"
     if not isinstance(config.reward, str):
         raise ConfigError(f"reward={config.reward!r}: {refused}")
-    if own:
-        name = type(own[0]).__name__
-        raise ConfigError(f"observation: {name} is written in NumPy, which {refused}")
-
-
-def _names(learners: Sequence[str], n_worlds: int) -> list[str]:
-    if n_worlds == 1:
-        return list(learners)
-    return [f"{name} of world {w}" for w in range(n_worlds) for name in learners]
+    for part, *_ in form.additions:
+        if not isinstance(part, RowObservation):
+            raise ConfigError(
+                f"observation: {type(part).__name__} is written in NumPy, which {refused}"
+            )

@@ -1,23 +1,148 @@
 """What becomes of the actions of the learners of worlds, and what they observe and are given."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, cast
 
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Float64, Int64
+from swarm_forage_env.arrays import Array, Float32, Float64, Int64, read_only
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.decision_kernels import Terms
+from swarm_forage_env.envs.extra_observations import (
+    Observation,
+    ObservationContext,
+    RowObservation,
+)
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.stepping import Worlds
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.ticks import RUNS
-from swarm_forage_env.worlds_on_cpu import PlacedArray
+from swarm_forage_env.random_streams import hash_of
+from swarm_forage_env.spaces import Layout
+from swarm_forage_env.ticks import BEGINS, RUNS, STANDS, Modes
+from swarm_forage_env.worlds_on_cpu import PlacedArray, WorldsOnCpu
 
 Snapshot = tuple[Array, tuple[Array, Array]]
 """Actions, and of observations frames and streams."""
+
+
+class Observing:
+    """Writes what some robots of worlds observe, where these run; a new array each time."""
+
+    def __init__(
+        self, form: PolicyForm, place: WorldsOnCpu | DeviceLoop, robots: Int64[Array, " learners"]
+    ) -> None:
+        self._form, self._place, memory = form, place, place.memory
+        self._shape = place.arrays["robots"].shape
+        rows, n, stack = (self._shape[0], len(robots)), len(form.observed), form.config.stack
+        self._robots, self._learners = robots, memory.to_device(robots)
+        self._seen, self._stacked = (*rows, n), (*rows, stack * n)
+        frames = np.zeros((*rows, stack if stack > 1 else 0, n), np.float32)
+        self._kept = memory.to_device(frames)
+        *where, bound, squashes = form.scaling
+        self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
+        self._fields = place.fields(form.shown)
+        additions = [
+            (part.which, first)
+            for part, first, _ in form.additions
+            if isinstance(part, RowObservation)
+        ]
+        self._additions = memory.to_device(np.array(additions, np.int64).reshape(-1, 2))
+        self._numpy: list[tuple[Observation, int, Layout]] = [
+            (part, first, features)
+            for part, first, features in form.additions
+            if not isinstance(part, RowObservation)
+        ]
+        self._none = memory.to_device(np.zeros(rows[0]))
+        self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
+        self._observe = place.kernel(kernels.observe, {})
+
+    def __call__(
+        self, raw: PlacedArray, modes: PlacedArray, time_left: Float64[Array, " worlds"]
+    ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
+        """What every robot observes after these actions, as the layers took them.
+
+        Of a world that BEGINS the action is forgotten, and its frames are the first observation;
+        to those of a world that RUNS one is added. `time_left` is the share of each episode.
+        """
+        seen, out = self.room()
+        if self._numpy:
+            self._add_all(time_left, cast(Array, raw), cast(Array, modes), cast(Array, seen))
+        left = self._place.memory.to_device(time_left) if self._form.additions else self._none
+        beside = self._additions, left, raw
+        rows = seen, self._kept, out
+        self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
+        return out
+
+    def room(self, *axes: int) -> tuple[PlacedArray, PlacedArray]:
+        """New arrays for what is observed, without and with the frames before; or one for both."""
+        empty, n_frames = self._place.memory.empty, self._kept.shape[2]
+        seen = empty((*axes, *self._seen), np.float32)
+        return seen, empty((*axes, *self._stacked), np.float32) if n_frames else seen
+
+    @property
+    def handed(self) -> tuple[Any, ...]:
+        """Where observations lie, how they are scaled, what is beside them, and frames."""
+        return self._fields, self._scaling, self._additions, self._kept
+
+    def snapshot(self) -> tuple[Array, Array]:
+        """The frames and the streams: what a later `restore` needs."""
+        return np.array(self._place.memory.read(self._kept)), self._streams.copy()
+
+    def restore(self, kept: tuple[Array, Array]) -> None:
+        """Go on as when the snapshot was taken."""
+        frames, self._streams[...] = kept
+        self._place.memory.write(self._kept, frames)
+
+    def _add_all(
+        self,
+        time_left: Float64[Array, " worlds"],
+        raw: Float32[Array, "worlds learners numbers"],
+        modes: Modes,
+        seen: Float32[Array, "worlds learners numbers"],
+    ) -> None:
+        """Write what the classes of the user's own observe; ConfigError for a wrong number."""
+        at, begins = self._place.arrays, modes == BEGINS
+        # the streams of new episodes derive from those of the robots, which follow the seed
+        self._streams[begins] = at["robots"]["streams"][begins, :, 0] ^ hash_of("observation")
+        raw[begins] = 0.0
+        actions = np.zeros((*self._shape, raw.shape[2]), np.float32)
+        actions[:, self._robots] = raw
+        minds = cast("Array | None", self._place.estimators)
+        context = ObservationContext(
+            robots=read_only(at["robots"]),
+            worlds=read_only(at["worlds"]),
+            minds=None if minds is None else read_only(minds),
+            time_left=time_left,
+            last_action=actions,
+            streams=self._streams,
+            is_observed=modes != STANDS,
+        )
+        for part, first, features in self._numpy:
+            out = np.zeros((*self._shape, len(features)), np.float32)
+            returned = cast(Any, part).write(context, out)
+            if returned is not None and returned is not out:
+                raise ConfigError(
+                    f"observation {type(part).__name__}: `write` returned numbers, must write them"
+                    " into `out`, as out[:, :, 0] = ...; what it does not write is zero"
+                )
+            seen[:, :, first : first + len(features)] = own = out[:, self._robots]
+            _check_numbers(own, features)
+
+
+def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features: Layout) -> None:
+    """ConfigError for a number of an observation of the user's own outside its bounds, or NaN."""
+    box = features.box()
+    is_right = (box.low <= numbers) & (numbers <= box.high) & np.isfinite(numbers)
+    if not is_right.all():
+        world, robot, k = map(int, np.argwhere(~is_right)[0])
+        low, high = features[k].low, features[k].high
+        raise ConfigError(
+            f"observation {features[k].name}: is {numbers[world, robot, k]} for learner {robot} of"
+            f" world {world}, must be a finite number of {low:g} to {high:g}; mend `write`, or its"
+            " bounds"
+        )
 
 
 class Decisions:
@@ -56,7 +181,7 @@ class Decisions:
         self._potentials = memory.to_device(
             np.zeros((2, *shape) if config.shaping > 0.0 else (2, 0, 0))
         )
-        self.observing = form.observing(worlds, learners.tolist())
+        self.observing = Observing(form, worlds, learners)
         self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
 
     def placed(self, actions: object) -> PlacedArray:
@@ -95,7 +220,7 @@ class Decisions:
         return out[0], out[1]
 
     def observe(
-        self, time_left: Callable[[], Float64[Array, " worlds"]], modes: PlacedArray | None = None
+        self, time_left: Float64[Array, " worlds"], modes: PlacedArray | None = None
     ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
         """What every learner observes after its action, or where worlds begin as `modes` say."""
         return self.observing(self.raw, self._run if modes is None else modes, time_left)
@@ -106,8 +231,7 @@ class Decisions:
 
     def check_fits(self, snapshot: Snapshot) -> None:
         """ConfigError if a snapshot is of an environment of other options."""
-        raw, frames = snapshot
-        if raw.shape != self.raw.shape or not self.observing.fits(frames):
+        if [*_shapes(snapshot)] != [*_shapes(self.snapshot())]:
             raise ConfigError("restore(): the snapshot is of an environment of other options")
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -120,3 +244,8 @@ class Decisions:
         if self._note is not None:
             at = self._worlds.arrays
             self._note(at["robots"], at["worlds"], self._potentials[when])
+
+
+def _shapes(snapshot: Snapshot) -> Iterator[tuple[int, ...]]:
+    raw, frames = snapshot
+    return (each.shape for each in (raw, *frames))

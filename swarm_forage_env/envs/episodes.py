@@ -38,15 +38,19 @@ class Episodes:
     """The episode that each world of a loop is in."""
 
     def __init__(
-        self, loop: Loop | DeviceLoop, scenario: BaseScenario, ranges: Mapping[str, object]
+        self,
+        loop: Loop | DeviceLoop,
+        randomisation: Randomisation,
+        check_bounds: Callable[[BaseScenario], None],
     ) -> None:
-        self._loop, self._scenario = loop, scenario
-        self._randomisation = Randomisation(scenario, ranges)
-        for name in LASTING.intersection(self._randomisation.ranges):
+        """`check_bounds` refuses options under which observations leave their space."""
+        self._loop, self._scenario = loop, randomisation.scenario
+        self._randomisation, self._check_bounds = randomisation, check_bounds
+        for name in LASTING.intersection(randomisation.ranges):
             raise ConfigError(f"randomise: {name} lasts as long as the environment; leave it out")
         n_worlds = loop.world.n_worlds
         self.drawn: dict[str, Float64[Array, " worlds"]] = {
-            name: np.zeros(n_worlds) for name in self._randomisation.ranges
+            name: np.zeros(n_worlds) for name in randomisation.ranges
         }
         """The number of each world's episode that was drawn, by name."""
         self.streams: UInt64[Array, "worlds 4"] = np.zeros((n_worlds, 4), np.uint64)
@@ -58,8 +62,6 @@ class Episodes:
         """Decisions after which its episode ends; 0 before the first one."""
         self.is_ahead = False
         """Streams or decisions were set, of which a GPU that counts them itself knows nothing."""
-        self.check_bounds: Callable[[BaseScenario], None] | None = None
-        """Refuses options under which observations leave their space."""
         self._is_other = np.zeros(n_worlds, np.bool_)
         self.seed([None] * n_worlds)
 
@@ -75,7 +77,7 @@ class Episodes:
     @property
     def extremes(self) -> list[BaseScenario]:
         """The scenario, and at the corners of its ranges: how far numbers can get."""
-        return self._randomisation.extremes() if self.drawn else [self._scenario]
+        return self._randomisation.extremes()
 
     @property
     def is_over(self) -> Bool[Array, " worlds"]:
@@ -87,6 +89,7 @@ class Episodes:
         """Share of the episode that each world has behind it."""
         return np.asarray(np.minimum(self.steps / np.maximum(self.ends, 1), 1.0))
 
+    @property
     def share_left(self) -> Float64[Array, " worlds"]:
         """Share of the episode that each world has before it."""
         return np.asarray(1.0 - self.share_gone)
@@ -182,8 +185,8 @@ class Episodes:
                     f"options['{name}']: {why}; give it where the environment is made"
                 )
         scenario = override(self._scenario, numbers, OPTION)
-        if numbers and self.check_bounds is not None:
-            self.check_bounds(scenario)
+        if numbers:
+            self._check_bounds(scenario)
         return scenario
 
     def _restart(

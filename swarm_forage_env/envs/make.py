@@ -6,15 +6,14 @@ was in: so a model can be run under the keywords of its training (`training.poli
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
-
-from gymnasium.spaces import Box
 
 from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords, chosen_robots
 from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.envs.rewards import REWARDS
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import ChecksScenarios, Controller, has_talk, is_everything
 from swarm_forage_env.mixed import members_of, with_members
@@ -28,10 +27,9 @@ from swarm_forage_env.task import Task, task_of
 class EnvParts:
     """What an environment is made of."""
 
-    scenario: BaseScenario
-    config: EnvConfig
+    form: PolicyForm
+    """Its scenario and keywords, and what a policy observes and gives."""
     controller: Controller
-    task: Task
 
 
 def checked_parts(
@@ -46,34 +44,39 @@ def checked_parts(
     config = validated(EnvConfig, own)
     overrides = {name: value for name, value in options.items() if name not in own}
     chosen = _overridden(scenario, overrides)
-    task = task_of(chosen)
     controllers = find_controllers(controller, chosen)
-    _check_learns(config, task)
-    _check_shaping(config.shaping, chosen, task)
+    _check_keywords(config, task_of(chosen))
+    form = PolicyForm([chosen], config)
+    _check_shaping(config.shaping, chosen, form.task)
+    learners = chosen_robots(config.learners, form.agents)
     if config.learn == "everything":
-        controllers = _beside_everything(controllers, controller is not None, config, chosen)
+        controllers = _beside_everything(controllers, controller is not None, form, learners)
     else:
-        _check_leaves_a_layer(controllers, config, chosen)
+        _check_leaves_a_layer(controllers, form, learners)
     if isinstance(controllers, ChecksScenarios):
         controllers.check_supports(chosen)
     if config.learn == "weighting" and not has_talk(controllers):
         why = "nobody talks, so that there is nothing to weigh; choose one that does"
         _refuse(controllers, why)
-    if config.decision_period is None:
-        usual = min(task.policies[config.learn].decision_period, chosen.n_ticks)
-        config = config.model_copy(update={"decision_period": usual})
-    return EnvParts(chosen, config, controllers, task)
+    return EnvParts(form, controllers)
 
 
-def _check_learns(config: EnvConfig, task: Task) -> None:
-    if config.learn not in task.policies:
-        raise UnknownNameError("layer to learn", config.learn, task.policies)
+def _check_keywords(config: EnvConfig, task: Task) -> None:
+    """ConfigError or UnknownNameError for keywords that do not go with each other."""
+    if isinstance(config.reward, str) and config.reward not in REWARDS:
+        raise UnknownNameError("reward", config.reward, REWARDS)
     if config.residual and not task.residuals:
         raise ConfigError(f"residual=True: cannot be had in the task {task.name}; leave it out")
     if config.residual and config.learn not in task.residuals:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
-    if config.step_on == "exchange":
-        _check_exchanges(config)
+    if config.step_on == "tick":
+        return
+    if config.learn != "weighting":
+        raise ConfigError("step_on='exchange': only learn='weighting' acts in exchanges alone")
+    if config.decision_period not in (None, 1):
+        raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
+    if not isinstance(config.reward, str):
+        raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
 
 
 def _check_shaping(weight: float, scenario: BaseScenario, task: Task) -> None:
@@ -85,13 +88,11 @@ def _check_shaping(weight: float, scenario: BaseScenario, task: Task) -> None:
 
 
 def _beside_everything(
-    controller: Controller, is_given: bool, config: EnvConfig, scenario: BaseScenario
+    controller: Controller, is_given: bool, form: PolicyForm, learners: Sequence[int]
 ) -> Controller:
     """What runs the swarm where some robots learn everything: the given controller all others."""
-    task, n_robots = task_of(scenario), scenario.task.n_robots
-    policy = task.raw_control
+    policy, n_robots = form.task.raw_control, len(form.agents)
     assert policy is not None
-    learners = chosen_robots(config.learners, task.agents(n_robots))
     if len(learners) < n_robots:
         return with_members(controller, dict.fromkeys(learners, policy), n_robots)
     if is_given:
@@ -104,11 +105,10 @@ def _beside_everything(
 
 
 def _check_leaves_a_layer(
-    controller: Controller, config: EnvConfig, scenario: BaseScenario
+    controller: Controller, form: PolicyForm, learners: Sequence[int]
 ) -> None:
-    n_robots = scenario.task.n_robots
-    members = members_of(controller, n_robots)
-    for robot in chosen_robots(config.learners, task_of(scenario).agents(n_robots)):
+    members = members_of(controller, len(form.agents))
+    for robot in learners:
         if is_everything(members[robot]):
             _refuse(
                 members[robot],
@@ -137,15 +137,6 @@ def _refuse(controller: Controller, why: str) -> NoReturn:
     raise ConfigError(f"controller '{controller.name}': {why}")
 
 
-def _check_exchanges(config: EnvConfig) -> None:
-    if config.learn != "weighting":
-        raise ConfigError("step_on='exchange': only learn='weighting' acts in exchanges alone")
-    if config.decision_period not in (None, 1):
-        raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
-    if not isinstance(config.reward, str):
-        raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
-
-
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds how the environment was made."""
 
@@ -153,23 +144,18 @@ WITH_ARGUMENTS = "(...)"
 """What follows the class of an observation that was given as an instance of its own state."""
 
 
-def made_with(parts: EnvParts, form: PolicyForm) -> str:
+def made_with(form: PolicyForm, controller: Controller) -> str:
     """Scenario, controller, keywords of the policy and what it observes, as JSON."""
-    keywords = {name: getattr(parts.config, name) for name in PolicyKeywords.model_fields}
-    keywords["observation"] = observation_name(parts.config.observation)
+    keywords = {name: getattr(form.config, name) for name in PolicyKeywords.model_fields}
+    keywords["observation"] = observation_name(form.config.observation)
     record = {
         "format": 2,
-        "scenario": parts.scenario.name,
-        "controller": name_and_changes(parts.controller),
+        "scenario": form.scenario.name,
+        "controller": name_and_changes(controller),
         "keywords": keywords,
         "observes": form.observes,
     }
     return json.dumps(record)
-
-
-def put_on(space: Box, text: str) -> None:
-    """Let a space keep how the environment was made, when it is pickled too."""
-    setattr(space, ON_SPACE, text)
 
 
 def observation_name(observation: object) -> str:

@@ -47,9 +47,9 @@ class Pilot:
         whole = minds if form.config.learn == "everything" else np.dtype([("estimator", minds)])
         known = {"robots": robots, "minds": whole}
         n_seen, n_raw, layout = len(form.layout), len(form.policy.action), form.action.layout
-        *_, bound, squashes = form.observer.scaling
+        *_, bound, squashes = form.scaling
         return {
-            "pilot_spans": spans_of(form.observer.shown, known),
+            "pilot_spans": spans_of(form.shown, known),
             "pilot_out": spans_of(form.policy.action, known),
             "pilot_robots": learners,
             "pilot_bound": bound,
@@ -77,7 +77,7 @@ class Pilot:
         no additions and of the time that is left.
         """
         form, action = self.form, self.form.action
-        direction, direction_to, has_walk, *_ = form.observer.scaling
+        direction, direction_to, has_walk, *_ = form.scaling
         _, n_symmetric, steers_at, by = action.conversion
         weighting = REPLACE if "weighting" in form.policy.replaces else KEEP
         marks = KEEP, False, False

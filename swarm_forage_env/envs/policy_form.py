@@ -7,15 +7,23 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.actions import ActionForm, Actions
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.envs.actions import ActionForm
 from swarm_forage_env.envs.config import EnvConfig, n_steps
-from swarm_forage_env.envs.observations import Observer, Observing, Place, stacked
+from swarm_forage_env.envs.decision_kernels import Scaling
+from swarm_forage_env.envs.observations import (
+    Addition,
+    added,
+    checked_features,
+    normalised,
+    stacked,
+    typical_sizes,
+)
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.spaces import Layout, widest
+from swarm_forage_env.spaces import Feature, Layout, widest
 from swarm_forage_env.task import task_of
 
 BOUND = re.compile(r"of [-+.e0-9]+ ")
@@ -47,19 +55,44 @@ class PolicyForm:
         """What it observes holds the course of the walk where there is no goal."""
         layouts = [policy.layout(each, self.has_walk) for each in scenarios]
         longest = max(layouts, key=len)
-        fields = FieldLayout(widest(layouts), longest.paths, longest.sizes)
-        self.observer = Observer(
-            policy, config.observation, fields, scenario, self.agents, config.normalise
-        )
-        self.layout: Layout = stacked(self.observer.layout, config.stack)
+        self.shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
+        """What it observes of what the layer sees."""
+        self.additions: list[tuple[Addition, int, Layout]] = []
+        """What it observes beside that: where its numbers begin, and what they are."""
+        self.observed, self.scaling = self._observed()
+        """What each number of an observation is, without those before it; and how it is scaled."""
+        self.layout: Layout = stacked(self.observed, config.stack)
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
         self.action_space: Box | Discrete[np.int64] = self.action.space
 
+    def _observed(self) -> tuple[Layout, Scaling]:
+        has_layer, parts = added(self.config.observation, self.policy)
+        target, direction = self.policy.target, -1
+        if not has_layer:
+            self.shown = FieldLayout((), (), self.shown.sizes)
+        layout: Layout = self.shown
+        if (self.config.normalise or self.has_walk) and has_layer and target is not None:
+            direction = layout.names.index(f"{target}.x")
+            if not self.has_walk:
+                ends = (Feature(f"{target}.direction.{axis}", "ratio", -1.0, 1.0) for axis in "xy")
+                layout = Layout((*layout, *ends))
+        where = direction, len(layout) - 2, self.has_walk
+        for part in parts:
+            features = checked_features(part, self.scenario, self.agents)
+            self.additions.append((part, len(layout), features))
+            layout = layout if not features else Layout((*layout, *features))
+        twice = sorted({name for name in layout.names if layout.names.count(name) > 1})
+        if twice or not layout:
+            raise ConfigError(f"observation: must have features of different names; twice: {twice}")
+        if not self.config.normalise:
+            return layout, (*where, np.zeros(0, np.float32), np.zeros(0, np.bool_))
+        return normalised(layout), (*where, *typical_sizes(layout))
+
     def check_bounds(self, scenario: BaseScenario) -> None:
         """ConfigError where the layer sees numbers beyond these bounds in another scenario."""
-        shown, layout = self.observer.shown, self.policy.layout(scenario, self.has_walk)
-        for here, there in zip(shown, widest([shown, layout]), strict=False):
+        layout = self.policy.layout(scenario, self.has_walk)
+        for here, there in zip(self.shown, widest([self.shown, layout]), strict=False):
             if (here.low, here.high) != (there.low, there.high):
                 raise ConfigError(
                     f"options: {here.name} would go from {there.low:.3g} to {there.high:.3g}"
@@ -75,24 +108,7 @@ class PolicyForm:
             action["has_reflexes"][own["motion"]] = self.action.has_reflexes
             action["is_walking"][own["motion"]] = self.has_walk
 
-    def observing(self, place: Place, robots: Sequence[int]) -> Observing:
-        """What writes the observations of these robots of worlds."""
-        return Observing(self.observer, place, np.array(robots), self.config.stack)
-
     @property
     def observes(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of each number of an observation, the same under other bounds."""
         return tuple((each.name, BOUND.sub(OF_BOUND, each.unit)) for each in self.layout)
-
-    def actions(self, robots: Sequence[int]) -> Actions:
-        """What turns the actions of these robots of a world into what the layers take."""
-        return Actions([self.agents[robot] for robot in robots], self.action)
-
-    def dummy(self, robots: Sequence[int]) -> Float32[Array, "robots numbers"]:
-        """An observation of each of these robots, all zeros."""
-        return np.zeros((len(robots), len(self.layout)), np.float32)
-
-    @property
-    def everybody(self) -> Sequence[int]:
-        """The numbers of all robots."""
-        return range(len(self.agents))

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 from swarm_forage_env.arrays import Array, Float64, read_only
 from swarm_forage_env.compiler import inlined
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.task import Task, World
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.task import Task
 
 REWARDS = "own", "team"
 """Rewards by name: each robot is given what it earned, 1 for completing nest -> prey -> nest; or
@@ -46,25 +47,25 @@ def shaping(before: float, after: float, discount: float, weight: float) -> floa
 
 
 class OwnReward:
-    """A reward of the user's own: what every robot earned in a tick."""
+    """A reward of the user's own, which is asked after every tick."""
 
-    def __init__(self, world: World, task: Task, reward: object) -> None:
-        self._world, self._task, self._reward = world, task, _callable(reward, task)
-        assert task.events is not None
-        self._events = task.events.array(world.robots.shape)
-        self._before = world.robots.copy()
+    def __init__(self, loop: Loop, reward: object) -> None:
+        self._loop, self._reward = loop, _callable(reward, loop.task)
+        assert loop.task.events is not None
+        self._write_events = loop.task.events.write
+        self._events = loop.task.events.array(loop.world.robots.shape)
 
-    def remember(self) -> None:
-        """Keep the records of the robots before a tick."""
-        self._before[...] = self._world.robots
-
-    def in_tick(self) -> Float64[Array, "worlds robots"]:
-        """What every robot earned in the tick since `remember`."""
-        assert self._task.events is not None
-        self._task.events.write(self._world, self._before, self._events)
-        records = self._before, self._world.robots, self._events
-        rewards = self._reward(*map(read_only, records))
-        return _checked(rewards, self._world.robots.shape)
+    def run(self, n_ticks: int) -> None:
+        """Run some ticks; `earned` is what every robot earned in them."""
+        world = self._loop.world
+        total = np.zeros_like(world.earned)
+        for _ in range(n_ticks):
+            before = world.robots.copy()
+            self._loop.step()
+            self._write_events(world, before, self._events)
+            rewards = self._reward(*map(read_only, (before, world.robots, self._events)))
+            total += _checked(rewards, world.robots.shape)
+        world.earned[...] = total
 
 
 def _callable(reward: object, task: Task) -> Callable[[Array, Array, Array], object]:

@@ -1,4 +1,4 @@
-"""What an environment does in a step: the ticks of a decision period, or until robots exchange."""
+"""Steps that end where robots exchange."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,7 +9,6 @@ from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.decision_kernels import stop_at_exchanges, write_acts
 from swarm_forage_env.envs.episodes import Episodes
-from swarm_forage_env.envs.rewards import OwnReward
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.ticks import RUNS
@@ -19,43 +18,6 @@ Worlds = Loop | DeviceLoop
 
 LOOKED_AT_EVERY = 16
 """Ticks after which a CPU asks a GPU whether a world still runs, and waits for the answer."""
-
-
-class Ticks:
-    """Every step is a decision period, in which an action is held.
-
-    A reward of the user's own is called after each tick.
-    """
-
-    def __init__(
-        self, worlds: Worlds, episodes: Episodes, n_ticks: int, reward: OwnReward | None
-    ) -> None:
-        self.ticks = 0
-        """Ticks that were run, over all worlds."""
-        self._worlds, self._episodes, self._n_ticks = worlds, episodes, n_ticks
-        self._reward = reward
-
-    def run(self) -> None:
-        """Run, and count the step; `earned` is what every robot earned in these ticks."""
-        if self._reward is None:
-            self._worlds.run(self._n_ticks)
-        else:
-            earned = self._worlds.arrays["earned"]
-            total = np.zeros_like(earned)
-            for _ in range(self._n_ticks):
-                self._reward.remember()
-                self._worlds.step()
-                total += self._reward.in_tick()
-            earned[...] = total
-        self.count()
-
-    def count(self) -> None:
-        """Count a step that was run."""
-        self._episodes.steps += 1
-        self.ticks += self._n_ticks * len(self._episodes.steps)
-
-    def acts(self) -> None:
-        """None: every action counts."""
 
 
 class Exchanges:
@@ -73,7 +35,6 @@ class Exchanges:
                 "step_on='exchange': worlds run on their own, and a layer of this controller is a"
                 " rule on all of them, as learned ones are; take one whose motion is compiled"
             )
-        self.ticks = 0
         self._worlds, self._episodes = worlds, episodes
         memory: Memory = worlds.memory
         self._learners = memory.to_device(learners)
@@ -83,8 +44,8 @@ class Exchanges:
         self._stop = worlds.kernel(stop_at_exchanges, {})
         self._acts = worlds.kernel(write_acts, {})
 
-    def run(self) -> None:
-        """Run, and count the ticks of each world."""
+    def run(self) -> int:
+        """Run, and count the ticks of each world; how many they were together."""
         worlds, episodes, modes = self._worlds, self._episodes, self._modes
         at: Mapping[str, Any] = worlds.arrays
         memory: Memory = worlds.memory
@@ -96,8 +57,9 @@ class Exchanges:
             if tick % LOOKED_AT_EVERY == 0 and not memory.read(modes).any():
                 break
         after = memory.read(self._ticks)
-        self.ticks += int((after - episodes.steps).sum())
+        n_ticks = int((after - episodes.steps).sum())
         episodes.steps[:] = after
+        return n_ticks
 
     def acts(self) -> PlacedArray:
         """1 for the learners that just ended an exchange, whose next action counts; else 0."""

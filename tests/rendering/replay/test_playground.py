@@ -13,6 +13,7 @@ from baselines.evaluation.play import write_playground
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.decision import Observing
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP
@@ -109,7 +110,7 @@ def test_a_visitor_drives_a_robot_as_a_learner_does_and_sees_what_it_sees(page):
     action["wheels"][0, 3] = 0.25, 1.0
     loop.run(7)
     own, raw = Loop.memory.to_device(np.zeros(1, np.int8)), np.zeros((1, 1, 2), np.float32)
-    observed = form.observing(loop, [3])(raw, own, lambda: np.ones(1))
+    observed = Observing(form, loop, np.array([3]))(raw, own, np.ones(1))
     assert page.evaluate("Array.from(view.driving.observed)") == observed.ravel().tolist()
     shown = page.evaluate("[robotAt(3).x, robotAt(3).y, robotAt(9).x]")
     poses = loop.world.robots["pose"][0].astype(np.float32)
