@@ -127,7 +127,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         self.group = env.learners[0].rpartition("_")[0]
         self.group_map = {self.group: list(env.learners)}
         self.max_cycles = env.max_cycles
-        self._title = title_of(controller, self.array_env)
+        self._title = title_of(self.array_env)
         self._view: Viewer | None = None
         self._seeds: list[int | None] = [None] * n_worlds
         self._per_robot = torch.Size((n_worlds, len(env.learners)))

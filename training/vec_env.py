@@ -75,7 +75,7 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         check_render_mode(render_mode)
         self.env = env = ArrayEnv(scenario, n_worlds, controller, stagger, device, **options)
         super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
-        self._show(env, render_mode, controller)
+        self._show(env, render_mode)
         decisions_per_s = max(1, round(1.0 / float(self.scenario.tick * env.config.period)))
         self.metadata["render_fps"] = decisions_per_s
         self._next: Float32[Array, "rows numbers"] | None = None

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from itertools import product
 
 import numpy as np
@@ -11,7 +10,7 @@ from gymnasium.spaces import Box, Discrete
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, entry_point
 from swarm_forage_env.envs import decision_kernels as kernels
-from swarm_forage_env.envs.config import EnvConfig, check_choices
+from swarm_forage_env.envs.config import MAX_CHOICES, EnvConfig
 from swarm_forage_env.envs.decision_kernels import Form
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import CORRECT, COURSE, REPLACE, Kernel
@@ -90,8 +89,9 @@ class ActionForm:
     def _choices(self, discrete: bool | tuple[int, int]) -> Float32[Array, "choices numbers"]:
         """The numbers of every discrete action; the last varies fastest."""
         grid = discrete if isinstance(discrete, tuple) else None
+        _check_choices(discrete, math.prod(grid or ()))  # before as many are made
         parts = [*self._weights(grid), self._steers(grid), self._policy.said]
-        check_choices(discrete, math.prod(len(each) for each in parts))
+        _check_choices(discrete, math.prod(map(len, parts)))
         rows = [np.concatenate(each) for each in product(*(p for p in parts if p.shape[1]))]
         return np.array(rows, np.float32)
 
@@ -111,6 +111,14 @@ class ActionForm:
             return np.array([*self._steering.choices, *alone], np.float32)
         levels = [np.linspace(-1.0, 1.0, n, dtype=np.float32) for n in grid]
         return np.array(list(product(*levels)), np.float32)
+
+
+def _check_choices(discrete: bool | tuple[int, int], n_choices: int) -> None:
+    if n_choices > MAX_CHOICES:
+        raise ConfigError(
+            f"discrete={shown(discrete)}: makes {shown(n_choices)} actions; at most {MAX_CHOICES},"
+            " as a network has an output for each; take fewer, or discrete=False for numbers"
+        )
 
 
 def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steering | None:
@@ -155,8 +163,6 @@ class Actions:
     def __init__(self, agents: Sequence[str], form: ActionForm) -> None:
         self._agents, self.form = tuple(agents), form
         self._shape = (len(agents), *form.shape)
-        if isinstance(form.space, Box):
-            self._low, self._high = form.space.low, form.space.high
 
     def matrix(self, actions: Mapping[str, object]) -> Array:
         """A row for each agent, of numbers or choices.
@@ -192,7 +198,9 @@ class Actions:
             return actions.astype(np.int64, copy=False)
         if actions.dtype != np.float32 and actions.dtype.kind in "fiu":
             actions = actions.astype(np.float64)
-        if actions.dtype.kind == "f" and is_within(actions, self._low, self._high):
+        space = self.form.space
+        assert isinstance(space, Box)
+        if actions.dtype.kind == "f" and is_within(actions, space.low, space.high):
             return actions.astype(np.float32, copy=False)
         return None
 
@@ -215,13 +223,9 @@ class Actions:
         if self.form.is_discrete:
             return self._complaint_about_choice(action)
         try:
-            if np.asarray(action).dtype.kind == "c":
-                raise TypeError
             array = np.asarray(action, dtype=np.float64)
-        except OverflowError:
-            return f"{shown(action)}: too large; clip it first, as numpy.clip does"
-        except (TypeError, ValueError):
-            return f"{shown(action)}: must be numbers, {', '.join(layout.names)}"
+        except (OverflowError, TypeError, ValueError):
+            return f"{shown(action)}: must be finite numbers, {', '.join(layout.names)}"
         if array.shape != self._shape[1:]:
             return f"shape {array.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
         for feature, value, as_given in zip(layout, array, np.asarray(action), strict=True):
@@ -235,7 +239,7 @@ class Actions:
 
     def _complaint_about_choice(self, choice: object) -> str:
         n = len(self.form.choices)
-        with suppress(ValueError):  # of rows of several lengths
+        if isinstance(choice, int | np.integer | np.ndarray):
             number = np.asarray(choice)
             if number.shape == () and number.dtype.kind in "iu" and 0 <= number < n:
                 return ""

@@ -18,7 +18,7 @@ from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, par
 from swarm_forage_env.envs.extra_observations import RowObservation
 from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.make import ON_SPACE, checked_parts, made_with, name_and_changes
-from swarm_forage_env.envs.notebook import html_of, title_of
+from swarm_forage_env.envs.notebook import html_of
 from swarm_forage_env.envs.observations import normalise_rows, normalised, typical_sizes
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import OwnReward
@@ -117,6 +117,8 @@ class ArrayEnv:
         """
         self.device = checked_device(device)
         self._made_by = scenario, n_worlds, controller, stagger, device, options
+        self.made_beside = controller
+        """Controller of the layers that are not learned, as it was given."""
         self.n_worlds = checked_count("n_worlds", n_worlds)
         parts = checked_parts(scenario, controller, options)
         form, config = parts.form, parts.form.config
@@ -393,7 +395,7 @@ class ArrayEnv:
             self._on.upload(range(self.n_worlds))
 
     def _repr_html_(self) -> str:
-        return html_of(self, type(self).__name__, title_of(self._made_by[2], self))
+        return html_of(self, type(self).__name__)
 
     def __getstate__(self) -> dict[str, object]:
         return {"made_by": self._made_by, "snapshot": self.snapshot()}

@@ -1,6 +1,5 @@
 """Options of an environment: learned layer, action, observation, reward, episode length."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral
 from typing import Annotated, Literal
@@ -63,7 +62,7 @@ class PolicyKeywords(Parameters):
         description="Observations, state and weights lie in [-1, 1]; false: SI units, and weights"
         " in [0, 1]",
     )
-    stack: Count = Field(
+    stack: Annotated[Count, Field(le=MAX_FRAMES)] = Field(
         1,
         description="Decisions whose observations are stacked, newest last; at most"
         f" {MAX_FRAMES:,}",
@@ -132,36 +131,10 @@ class EnvConfig(PolicyKeywords):
         " scenario's duration",
     )
 
-    @field_validator("discrete")
-    @classmethod
-    def _few_choices(cls, discrete: bool | tuple[int, int]) -> bool | tuple[int, int]:
-        if isinstance(discrete, tuple):
-            check_choices(discrete, math.prod(discrete))
-        return discrete
-
-    @field_validator("stack")
-    @classmethod
-    def _few_frames(cls, stack: int) -> int:
-        if stack > MAX_FRAMES:
-            raise ConfigError(
-                f"stack={shown(stack)}: must be at most {MAX_FRAMES}, as a network has an input"
-                " for each number of each of them; take fewer, or a longer decision_period"
-            )
-        return stack
-
     @property
     def period(self) -> int:
         """Ticks for which an action is held; 1 where none are said."""
         return self.decision_period or 1
-
-
-def check_choices(discrete: bool | tuple[int, int], n_choices: int) -> None:
-    """ConfigError for more discrete actions than a network should have outputs."""
-    if n_choices > MAX_CHOICES:
-        raise ConfigError(
-            f"discrete={shown(discrete)}: makes {shown(n_choices)} actions; at most {MAX_CHOICES},"
-            " as a network has an output for each; take fewer, or discrete=False for numbers"
-        )
 
 
 def n_steps(scenario: parameters.BaseScenario, config: EnvConfig) -> int:

@@ -30,7 +30,7 @@ class JointWorlds(ShownEnv):
         if self.single_learner:
             rest.setdefault("learners", 1)
         env = ArrayEnv(n_worlds=n_worlds, **rest)
-        self._show(env, render_mode, rest.get("controller"))
+        self._show(env, render_mode)
         own, n_learners = env.observation_space, len(env.learners)
         self._joint_observations = own if n_learners == 1 else repeated(own, n_learners)
         self._joint_actions = joint_actions(env.action_space, n_learners)

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from swarm_forage_env.envs.array_env import ArrayEnv
 
 
-def title_of(controller: object, env: "ArrayEnv") -> str:
+def title_of(env: "ArrayEnv") -> str:
     """What moves the robots, as the title of a picture says it: a controller, or several."""
-    learn = env.config.learn
+    controller, learn = env.made_beside, env.config.learn
     if learn == "everything":
         return "policy"
     several = controller.values() if isinstance(controller, Mapping) else controller
@@ -26,12 +26,12 @@ def title_of(controller: object, env: "ArrayEnv") -> str:
     return f"{', '.join(names)}, policy for {learn}"
 
 
-def html_of(env: "ArrayEnv", kind: str, moved_by: str) -> str:
+def html_of(env: "ArrayEnv", kind: str) -> str:
     """The HTML of an environment of some API; of several worlds the first is drawn.
 
     The picture is there once an episode has begun, and where pygame is installed.
     """
-    config, world = env.config, env.world
+    config, world, moved_by = env.config, env.world, title_of(env)
     learners = len(env.learners)
     facts = [
         ("scenario", f"{world.scenario.name} ({env.task.name}), {moved_by}"),

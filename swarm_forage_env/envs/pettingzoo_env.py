@@ -81,7 +81,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
     ) -> None:
         check_render_mode(render_mode)
         env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
-        self._show(env, render_mode, controller)
+        self._show(env, render_mode)
         self.possible_agents = env.learners
         self.agents: list[str] = []
         self.state_layout = env.state_layout

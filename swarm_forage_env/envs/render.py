@@ -28,8 +28,8 @@ class EnvRenderer:
     ConfigError for a window on several worlds, and for a world that cannot be drawn.
     """
 
-    def __init__(self, env: ArrayEnv, mode: str | None, moved_by: str) -> None:
-        self._env, self._mode, self._moved_by = env, mode, moved_by
+    def __init__(self, env: ArrayEnv, mode: str | None) -> None:
+        self._env, self._mode = env, mode
         self._views: list[Viewer] = []
         if mode is None:
             return
@@ -39,13 +39,13 @@ class EnvRenderer:
                 f"render_mode='human': one window shows one world, not {n_worlds}; take"
                 " render_mode='rgb_array', or num_envs=1"
             )
-        stage = stage_of(env.world.scenario, moved_by)
+        stage = stage_of(env.world.scenario, title_of(env))
         self._views = [Viewer(stage, mode) for _ in range(n_worlds)]
 
-    def __getstate__(self) -> tuple[ArrayEnv, str | None, str]:
-        return self._env, self._mode, self._moved_by
+    def __getstate__(self) -> tuple[ArrayEnv, str | None]:
+        return self._env, self._mode
 
-    def __setstate__(self, state: tuple[ArrayEnv, str | None, str]) -> None:
+    def __setstate__(self, state: tuple[ArrayEnv, str | None]) -> None:
         EnvRenderer.__init__(self, *state)
 
     def draw(self) -> list[Frame | str | None]:
@@ -65,10 +65,6 @@ class EnvRenderer:
         """The window; None where there is none."""
         return self._views[0].window if self._views else None
 
-    def html(self, kind: str) -> str:
-        """The HTML of an environment whose class has this name, for notebooks."""
-        return html_of(self._env, kind, self._moved_by)
-
     def follow(self) -> None:
         """A window shows each step by itself, as everywhere in Gymnasium."""
         if self._mode == "human":
@@ -86,9 +82,9 @@ class ShownEnv:
     array_env: ArrayEnv
     metadata: dict[str, object]
 
-    def _show(self, env: ArrayEnv, render_mode: str | None, controller: object) -> None:
+    def _show(self, env: ArrayEnv, render_mode: str | None) -> None:
         self.array_env, self.render_mode = env, render_mode
-        self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
+        self._screen = EnvRenderer(env, render_mode)
         self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
         self.max_cycles = env.max_cycles
         self.observation_layout, self.action_layout = env.observation_layout, env.action_layout
@@ -122,4 +118,4 @@ class ShownEnv:
         self._screen.close()
 
     def _repr_html_(self) -> str:
-        return self._screen.html(type(self).__name__)
+        return html_of(self.array_env, type(self).__name__)
