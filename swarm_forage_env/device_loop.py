@@ -18,8 +18,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, Kernel
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout, spans_of
-from swarm_forage_env.random_streams import checked_seed
-from swarm_forage_env.task import World, checked_worlds, consecutive
+from swarm_forage_env.task import World, consecutive
 from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import PlacedArray, checked_device
 
@@ -128,13 +127,14 @@ class DeviceLoop:
         Numbers of other scenarios are written by the CPU. Where robots find no room, `check` raises
         it.
         """
-        which = checked_worlds(worlds, self.world.n_worlds)
+        seed_of = self.world.seed_of(seeds, worlds)
+        which = [*seed_of]
         if scenarios is not None:
             self.loop.renumber(scenarios, which)
             self.upload(which, NUMBERS)
         n_worlds = self.world.n_worlds
         own, modes = np.zeros(n_worlds, np.uint64), np.zeros(n_worlds, np.int8)
-        own[which], modes[which] = [checked_seed(seed) for seed in seeds], BEGINS
+        own[which], modes[which] = [*seed_of.values()], BEGINS
         self.memory.write(self._starts[1], own)
         which_begin, (world, layers, trouble) = self.memory.to_device(modes), self.ticking
         self._begin[self.launch](

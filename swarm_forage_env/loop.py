@@ -92,7 +92,7 @@ class Loop(WorldsOnCpu):
         self._layers = self.controller.compiled
         self._kernels: dict[tuple[str, ...], Kernel] = {}
         if not is_blank:
-            self._begin(range(self.world.n_worlds), seeds)
+            self._begin(dict(enumerate(seeds)))
 
     def reset(
         self,
@@ -106,30 +106,26 @@ class Loop(WorldsOnCpu):
         now on. The other worlds go on untouched. ConfigError, before anything changes, for what
         does not fit.
         """
-        which = task.checked_worlds(worlds, self.world.n_worlds)
-        changed = None if scenarios is None else _one_each(scenarios, which)
-        numbers = self._numbers_under(changed, which) if changed else []
-        self.world.reset(seeds, which, changed)
-        for w, each in zip(which, numbers, strict=bool(changed)):
-            self.controller.renumber(w, each)
-        self._begin(which, seeds)
+        seed_of = self.world.seed_of(seeds, worlds)
+        which = [*seed_of]
+        if scenarios is not None:
+            self.renumber(_one_each(scenarios, which), which)
+        self.world.reset(seeds, which)
+        self._begin(seed_of)
 
     def renumber(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
         """Give some worlds the numbers of other scenarios, and let all records be.
 
         ConfigError, before anything changes, for what does not fit.
         """
-        numbers = self._numbers_under(scenarios, which)
-        self.world.replace_scenarios(which, scenarios)
-        for w, each in zip(which, numbers, strict=True):
-            self.controller.renumber(w, each)
-
-    def _numbers_under(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> list[Any]:
         task.check_fit([self.world.scenarios[w] for w in which], scenarios)
-        return [
+        numbers = [
             self.controller.numbers_in(w, scenario)
             for w, scenario in zip(which, scenarios, strict=True)
         ]
+        self.world.replace_scenarios(which, scenarios)
+        for w, each in zip(which, numbers, strict=True):
+            self.controller.renumber(w, each)
 
     def download(self) -> "Loop":
         """The loop itself: what a loop of a GPU copies back is here already."""
@@ -212,12 +208,11 @@ class Loop(WorldsOnCpu):
             raise ConfigError(f"the task {self.task.name} has no drawing")
         return self.task.scene(self.world, self.controller.minds, which)
 
-    def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
-        """Let the controller forget some worlds, then sense and observe in them."""
+    def _begin(self, seed_of: Mapping[int, int]) -> None:
+        """Let the controller forget the worlds of these seeds, then sense and observe in them."""
         self.is_blank = False
-        seed_of = dict(zip(which, seeds, strict=True))
         stages = tuple(STAGES) if self.world.is_compiled else AFTER_ENGINE
-        for first, last in task.consecutive(which):
+        for first, last in task.consecutive([*seed_of]):
             self.controller.reset(first, last, [seed_of[w] for w in range(first, last)])
             self._call(stages, 1, self.world.beginning, first, last)
         self.check()

@@ -118,28 +118,25 @@ class World(ABC):
         n_ticks = [scenario.n_ticks for scenario in self.scenarios]
         return np.asarray(self.worlds["ticks"] >= n_ticks)
 
-    def reset(
-        self,
-        seeds: Sequence[int],
-        worlds: Sequence[int] | None = None,
-        scenarios: Sequence[BaseScenario] | None = None,
-    ) -> None:
+    def reset(self, seeds: Sequence[int], worlds: Sequence[int] | None = None) -> None:
         """Reset the worlds of these indices, or all, each to its seed; nobody has sensed yet.
 
-        With `scenarios`, one for each of them, they have other numbers from now on. ConfigError,
-        before anything changes, for what does not fit; and where robots find no room.
+        ConfigError, before anything changes, for what does not fit; and where robots find no room.
         """
-        which = checked_worlds(worlds, self.n_worlds)
-        if len(seeds) != len(which):
-            raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
-        checked = [checked_seed(seed) for seed in seeds]
-        if scenarios is not None:
-            check_fit([self.scenarios[w] for w in which], scenarios)
-            self.replace_scenarios(which, scenarios)
-        seed_of = dict(zip(which, checked, strict=True))
-        for first, last in consecutive(which, self.scenarios):
+        seed_of = self.seed_of(seeds, worlds)
+        for first, last in consecutive([*seed_of], self.scenarios):
             self.restart(first, last, [seed_of[w] for w in range(first, last)])
         self._check()
+
+    def seed_of(self, seeds: Sequence[int], worlds: Sequence[int] | None) -> dict[int, int]:
+        """The seed of each of these worlds, or of all; ConfigError for what does not fit."""
+        which = list(range(self.n_worlds)) if worlds is None else [int(w) for w in worlds]
+        if len(set(which)) < len(which) or not set(which) <= set(range(self.n_worlds)):
+            last = self.n_worlds - 1
+            raise ConfigError(f"worlds={which}: must be different numbers from 0 to {last}")
+        if len(seeds) != len(which):
+            raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
+        return dict(zip(which, map(checked_seed, seeds), strict=True))
 
     def replace_scenarios(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
         """Give worlds the numbers of other scenarios, one for each, which fit."""
@@ -214,16 +211,6 @@ def _n_robots(scenarios: Sequence[BaseScenario]) -> int:
     if len(numbers) > 1:
         raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
     return int(numbers[0])
-
-
-def checked_worlds(worlds: Sequence[int] | None, n_worlds: int) -> list[int]:
-    """Indices of worlds of a block, all where none are given; ConfigError for other than those."""
-    if worlds is None:
-        return list(range(n_worlds))
-    which = [int(w) for w in worlds]
-    if len(set(which)) < len(which) or not set(which) <= set(range(n_worlds)):
-        raise ConfigError(f"worlds={which}: must be different numbers from 0 to {n_worlds - 1}")
-    return which
 
 
 def consecutive(

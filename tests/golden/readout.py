@@ -76,9 +76,9 @@ class ForagingLoop(Loop):
         compose = self.controller.estimator.kernels["compose"]
         self._compose_all = bind(compose_all, {"compose": compose})
 
-    def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
+    def _begin(self, seed_of: Mapping[int, int]) -> None:
         """Sense and observe by the stages that ticks use, so that no other kernel is compiled."""
-        self.controller.reset(0, len(which), seeds)
+        self.controller.reset(0, len(seed_of), [*seed_of.values()])
         self.world.sense_first()
         self.run_stages("observe")
 
