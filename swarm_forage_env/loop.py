@@ -24,7 +24,7 @@ from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.record import Rows, copied_rows
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World
-from swarm_forage_env.ticks import RUNS, STAGES, Modes, only, run_ticks
+from swarm_forage_env.ticks import RUNS, STAGES, Modes, Trouble, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
 EachT = TypeVar("EachT")
@@ -246,6 +246,11 @@ class Loop(WorldsOnCpu):
             if not self.world.trouble[-1]:
                 self.world.move(begin, end)
                 self.run_stages(*AFTER_ENGINE, first=begin, last=end)
+
+    @property
+    def trouble(self) -> Trouble:
+        """What went wrong in each world since `check` was called."""
+        return self.world.trouble
 
     def check(self) -> None:
         """Raise what went wrong in a tick, once."""

@@ -210,7 +210,7 @@ class ArrayEnv:
         """
         self.episodes.check_running()
         if self.device == "cuda":
-            return self._decided(self._placed(actions))
+            return self._decided(self._decisions.placed(actions))
         array, rows = as_array(actions), (self.n_worlds, len(self.learners))
         if array.shape[:2] != rows:
             raise ConfigError(
@@ -238,7 +238,7 @@ class ArrayEnv:
             if over.any():
                 seen, infos = self.reset(worlds=over)
             return Transition(final, seen, rewards, over, infos.get("acts"), out)
-        placed, room = self._placed(actions), out or self.room()
+        placed, room = self._decisions.placed(actions), out or self.room()
         over = self.count_step()
         self.launch(placed, room)
         rewards, _, seen, _ = room
@@ -289,13 +289,6 @@ class ArrayEnv:
         self.episodes.steps += 1
         self._ticks += self.config.period * self.n_worlds
 
-    def _placed(self, actions: object) -> PlacedArray:
-        """Actions as they lie on a GPU, checked where a decision does not check them itself."""
-        array = self._decisions.placed(actions)
-        if self._at_once is None:
-            self._decisions.check(array)
-        return array
-
     def _decided(self, actions: PlacedArray) -> Step:
         if self._at_once is not None:
             rewards, _, seen, over = room = self.room()
@@ -303,7 +296,8 @@ class ArrayEnv:
             self._at_once(actions, self.config.period, 0, room)
             never = self.memory.lend(self._never)
             return seen[0], rewards[1], never, over, self._infos(rewards[0])
-        self._decisions.write_actions(actions)
+        self._decisions.act(actions)
+        self.check()
         self._run()
         unshaped, rewards = self._decisions.rewards()
         seen = self._decisions.observe(self.episodes.share_left)

@@ -18,6 +18,7 @@ from swarm_forage_env.envs.extra_observations import (
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.stepping import Worlds
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.random_streams import hash_of
 from swarm_forage_env.spaces import Layout
 from swarm_forage_env.ticks import BEGINS, RUNS, STANDS, Modes
@@ -152,9 +153,9 @@ class Decisions:
         self, worlds: Worlds, form: PolicyForm, learners: Int64[Array, " learners"]
     ) -> None:
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
-        self._terms: Terms = config.discount, config.shaping, config.reward == "team"
-        self._earned = worlds.arrays["earned"]
-        shape: tuple[int, int] = self._earned.shape
+        terms: Terms = config.discount, config.shaping, config.reward == "team"
+        earned = worlds.arrays["earned"]
+        shape: tuple[int, int] = earned.shape
         self._rows = shape[0], len(learners)
         raw = np.zeros((*self._rows, len(form.policy.action)), np.float32)
         self.raw = memory.to_device(raw)
@@ -163,24 +164,25 @@ class Decisions:
         table, *rest = form.action.conversion
         self._conversion = memory.to_device(table), *rest
         self._fields = worlds.fields(form.policy.action)
-        self._write_actions = worlds.kernel(kernels.write_actions, form.action.functions)
-        self._allowed = kernels.check_choices if form.action.is_discrete else kernels.check_numbers
-        self._check = worlds.kernel(kernels.check, {"check_actions": self._allowed})
-        space = form.action.space
+        space, phi = form.action.space, form.task.potential
         self._limits: Any = 0
         """The bounds of the numbers of an action, or how many choices there are."""
         if isinstance(space, Box):
             self._limits = memory.to_device(space.low), memory.to_device(space.high)
         else:
             self._limits = len(form.action.choices)
-        self._credit = worlds.kernel(kernels.credit, {})
-        phi = form.task.potential
-        self._note = None
-        if config.shaping > 0.0 and phi is not None:
-            self._note = worlds.kernel(kernels.write_potentials, {"potential": phi.of})
-        self._potentials = memory.to_device(
-            np.zeros((2, *shape) if config.shaping > 0.0 else (2, 0, 0))
-        )
+        is_shaped = config.shaping > 0.0 and phi is not None
+        self._functions: dict[str, Kernel] = {
+            **form.action.functions,
+            "check_actions": kernels.check_choices
+            if form.action.is_discrete
+            else kernels.check_numbers,
+            "potential": phi.of if is_shaped and phi else kernels.no_potential,
+        }
+        self._act = worlds.kernel(kernels.act, self._functions)
+        self._settle = worlds.kernel(kernels.settle, self._functions)
+        potentials = np.zeros(shape if config.shaping > 0.0 else (0, 0))
+        self._crediting = memory.to_device(potentials), terms, earned
         self.observing = Observing(form, worlds, learners)
         self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
 
@@ -199,25 +201,23 @@ class Decisions:
             )
         return array
 
-    def check(self, actions: PlacedArray) -> None:
-        """ConfigError for actions on a GPU that are out of bounds: waits for it."""
-        assert isinstance(self._worlds, DeviceLoop)
-        self._check(actions, self._limits, self._worlds.trouble)
-        self._worlds.check()
-
-    def write_actions(self, actions: PlacedArray) -> None:
-        """Hand checked actions to the layers of the learners."""
-        self._write_actions(
-            self._fields, self._learners, actions, self._conversion, self.raw, self._earned
-        )
-        self._note_potential(0)
+    def act(self, actions: PlacedArray) -> None:
+        """Hand actions to the layers of the learners; what is refused is noted in its world."""
+        self._act(self._state, self._acting(actions), self._crediting)
 
     def rewards(self) -> tuple[PlacedArray, PlacedArray]:
         """The rewards of every learner since it acted: without shaping, and with it."""
-        self._note_potential(1)
         out = self._worlds.memory.empty((2, *self._rows), np.float64)
-        self._credit(self._learners, self._earned, self._potentials, self._terms, out)
+        self._settle(self._state, self._crediting, self._learners, out)
         return out[0], out[1]
+
+    def _acting(self, actions: PlacedArray) -> tuple[Any, ...]:
+        return self._fields, self._learners, actions, self._conversion, self.raw, self._limits
+
+    @property
+    def _state(self) -> tuple[PlacedArray, ...]:
+        at = self._worlds.arrays
+        return at["robots"], at["worlds"], self._worlds.trouble
 
     def observe(
         self, time_left: Float64[Array, " worlds"], modes: PlacedArray | None = None
@@ -239,11 +239,6 @@ class Decisions:
         raw, frames = snapshot
         self._worlds.memory.write(self.raw, raw)
         self.observing.restore(frames)
-
-    def _note_potential(self, when: int) -> None:
-        if self._note is not None:
-            at = self._worlds.arrays
-            self._note(at["robots"], at["worlds"], self._potentials[when])
 
 
 def _shapes(snapshot: Snapshot) -> Iterator[tuple[int, ...]]:

@@ -1,9 +1,12 @@
 """A decision of the learners of worlds, one text for CPU and GPU: actions in, observations out.
 
-    take -> [ticks] -> credit -> observe
+    act -> [ticks] -> settle -> observe
 
-Each is a template over worlds (`swarm_forage_env.lanes`). An array of actions is read only.
+Each is a template over worlds (`swarm_forage_env.lanes`), and `whole_decision` all of them in one.
+An array of actions is read only.
 """
+
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +19,7 @@ from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import Fields, read_fields, write_fields
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import BEGINS, REFUSED, RUNS, note
+from swarm_forage_env.ticks import BEGINS, N_TROUBLES, REFUSED, RUNS, STANDS, Trouble, note
 
 lane: Kernel
 lanes: Kernel
@@ -50,6 +53,15 @@ Rows = Float32[Array, "worlds learners numbers"]
 Terms = tuple[float, float, bool]
 """The discount and the weight of the shaping, and whether the team is credited."""
 
+State = tuple[Array, Array, Trouble]
+"""The robots, the worlds, and what went wrong in each."""
+
+Acting = tuple[Fields, Int64[Array, " learners"], Array, Form, Rows, Any]
+"""Where actions go, who acts, the actions, how they are read, what the layers took, and bounds."""
+
+Crediting = tuple[Float64[Array, "worlds robots"], Terms, Float64[Array, "worlds robots"]]
+"""Potentials before the ticks, how rewards are made, and what was earned."""
+
 
 @kernel
 def as_command(first: float, second: float, sharpest_turn: float) -> tuple[float, float]:
@@ -65,7 +77,7 @@ def share_of_command(first: float, second: float, share: float) -> tuple[float, 
 
 @row_template
 def raw_of_numbers(given: Rows, w: int, learner: int, form: Form, row: Array) -> None:
-    """Write what the layers take, of an action that is numbers. Free name: command."""
+    """Write what the layers take, of an action that is numbers."""
     _, n_symmetric, steers_at, by = form
     for k in range(row.shape[0]):
         number = given[w, learner, k]
@@ -85,65 +97,21 @@ def raw_of_choice(
 
 
 def convert(given: Rows, form: Form, raw: Rows, which: Span) -> None:
-    """Write what the layers take, of actions as a policy gives them.
-
-    Free names: lanes, write_raw, command.
-    """
+    """Write what the layers take, of actions as a policy gives them."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for learner in range(lane(), raw.shape[1], lanes()):
             write_raw(given, w, learner, form, raw[w, learner])
 
 
 @row_template
-def write_actions_of_world(  # noqa: PLR0913 what is read, what is written, and where
-    fields: Fields,
-    learners: Int64[Array, " learners"],
-    given: Array,
-    form: Form,
-    raw: Rows,
-    w: int,
-    n_learners: int,
-) -> None:
-    """Hand the actions of the learners of a world to their layers.
-
-    Free names: lanes, write_raw, command.
-    """
-    for learner in range(lane(), n_learners, lanes()):
-        write_raw(given, w, learner, form, raw[w, learner])
-        write_fields(raw[w, learner], fields, w, learners[learner])
-
-
-def write_actions(  # noqa: PLR0913 what is read, and what is written
-    fields: Fields,
-    learners: Int64[Array, " learners"],
-    given: Array,
-    form: Form,
-    raw: Rows,
-    earned: Float64[Array, "worlds robots"],
-    which: Span,
-) -> None:
-    """Hand the actions of the learners to their layers; nothing has been earned since.
-
-    Free names: lanes, write_raw, command.
-    """
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        write_actions_of_world(fields, learners, given, form, raw, w, learners.shape[0])
-        for i in range(lane(), earned.shape[1], lanes()):
-            earned[w, i] = 0.0
-
-
-@row_template
 def check_numbers(
     given: Rows,
     bounds: tuple[Float32[Array, " numbers"], Float32[Array, " numbers"]],
-    trouble: Int64[Array, " worlds_and_one"],
+    trouble: Trouble,
     w: int,
     n_learners: int,
 ) -> None:
-    """Note a world in which a number of an action is not within its bounds; NaN is not.
-
-    Free names: lanes.
-    """
+    """Note a world in which a number of an action is not within its bounds; NaN is not."""
     low, high = bounds
     for learner in range(lane(), n_learners, lanes()):
         for k in range(given.shape[2]):
@@ -155,25 +123,100 @@ def check_numbers(
 def check_choices(
     given: Int64[Array, "worlds learners"],
     n_choices: int,
-    trouble: Int64[Array, " worlds_and_one"],
+    trouble: Trouble,
     w: int,
     n_learners: int,
 ) -> None:
-    """Note a world in which there is no such choice. Free names: lanes."""
+    """Note a world in which there is no such choice."""
     for learner in range(lane(), n_learners, lanes()):
         if not 0 <= given[w, learner] < n_choices:
             note(trouble, w, REFUSED, 0)
 
 
-def check(
-    given: Array,
-    limits: object,
-    trouble: Int64[Array, " worlds_and_one"],
+@inlined
+def no_potential(robot: object, world: object) -> float:
+    """The potential of a task without one."""
+    return 0.0
+
+
+@row_template
+def act_in_world(
+    state: State,
+    acting: Acting,
+    crediting: Crediting,
+    w: int,
+    learners: Int64[Array, " learners"],
+    n_robots: int,
+) -> int:
+    """Check the actions of the learners of a world and hand them over; how the world goes on."""
+    robots, worlds, trouble = state
+    fields, _, given, form, raw, limits = acting
+    potentials, terms, earned = crediting
+    n = learners.shape[0]
+    check_actions(given, limits, trouble, w, n)
+    barrier()
+    is_refused = trouble[w] % N_TROUBLES == REFUSED
+    for learner in range(lane(), 0 if is_refused else n, lanes()):
+        write_raw(given, w, learner, form, raw[w, learner])
+        write_fields(raw[w, learner], fields, w, learners[learner])
+    for i in range(lane(), n_robots, lanes()):
+        earned[w, i] = 0.0
+        if terms[1] > 0.0:
+            potentials[w, i] = potential(robots[w, i], worlds[w])
+    barrier()
+    return STANDS if is_refused or n_robots == 0 else RUNS
+
+
+def act(state: State, acting: Acting, crediting: Crediting, which: Span) -> None:
+    """Hand the actions of the learners to their layers; nothing has been earned since."""
+    last = which[1]
+    for each in range(first_world(which[0]), end_world(last)):
+        w = min(each, last - 1)
+        learners = acting[1][: acting[1].shape[0] if each < last else 0]
+        n_robots = state[0].shape[1] if each < last else 0
+        act_in_world(state, acting, crediting, w, learners, n_robots)
+
+
+@row_template
+def settle_in_world(
+    state: State,
+    crediting: Crediting,
+    out: Float64[Array, "2 worlds learners"],
+    w: int,
+    learners: Int64[Array, " learners"],
+    n_robots: int,
+) -> None:
+    """Write what every learner is given, its own or its team's mean: unshaped, then shaped.
+
+    What is earned with shaping is written in the place of the potentials before the ticks.
+    """
+    robots, worlds, _ = state
+    potentials, (discount, weight, is_team), earned = crediting
+    shaped = potentials[w] if weight > 0.0 else earned[w]
+    for i in range(lane(), n_robots if weight > 0.0 else 0, lanes()):
+        after = potential(robots[w, i], worlds[w])
+        shaped[i] = earned[w, i] + shaping(potentials[w, i], after, discount, weight)
+    barrier()
+    for learner in range(lane(), learners.shape[0], lanes()):
+        i = learners[learner]
+        out[0, w, learner] = mean_of(earned[w]) if is_team else earned[w, i]
+        out[1, w, learner] = mean_of(shaped) if is_team else shaped[i]
+
+
+def settle(
+    state: State,
+    crediting: Crediting,
+    learners: Int64[Array, " learners"],
+    out: Float64[Array, "2 worlds learners"],
     which: Span,
 ) -> None:
-    """Note the worlds in which an action cannot be used. Free names: lanes, check_actions."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        check_actions(given, limits, trouble, w, given.shape[1])
+    """Write what every learner is given after the ticks of a decision."""
+    last = which[1]
+    for each in range(first_world(which[0]), end_world(last)):
+        w = min(each, last - 1)
+        own = learners[: learners.shape[0] if each < last else 0]
+        n_robots = state[0].shape[1] if each < last else 0
+        settle_in_world(state, crediting, out, w, own, n_robots)
 
 
 def stop_at_exchanges(  # noqa: PLR0913 what is read, and what is written
@@ -187,7 +230,7 @@ def stop_at_exchanges(  # noqa: PLR0913 what is read, and what is written
 ) -> None:
     """Let the worlds stand whose time is up, or in which a learner has just ended an exchange.
 
-    `ticks` is how many each world has behind it. Free names: lanes.
+    `ticks` is how many each world has behind it.
     """
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         n_learners = learners.shape[0] if modes[w] == RUNS else 0
@@ -204,66 +247,10 @@ def write_acts(
     out: Float64[Array, "worlds learners"],
     which: Span,
 ) -> None:
-    """Write 1 for a learner whose next action counts, as it has just ended an exchange; else 0.
-
-    Free names: lanes.
-    """
+    """Write 1 for a learner whose next action counts, as it has just ended an exchange; else 0."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for learner in range(lane(), out.shape[1], lanes()):
             out[w, learner] = minds[w, learners[learner]].exchange.is_valid
-
-
-def write_potentials(
-    robots: Array, worlds: Array, out: Float64[Array, "worlds robots"], which: Span
-) -> None:
-    """Write the potential of every robot. Free names: lanes, potential."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        for i in range(lane(), out.shape[1], lanes()):
-            out[w, i] = potential(robots[w, i], worlds[w])
-
-
-def credit(
-    learners: Int64[Array, " learners"],
-    earned: Float64[Array, "worlds robots"],
-    potentials: Float64[Array, "2 worlds robots"],
-    terms: Terms,
-    out: Float64[Array, "2 worlds learners"],
-    which: Span,
-) -> None:
-    """Write what every learner is given. Free names: lanes."""
-    last = which[1]
-    for each in range(first_world(which[0]), end_world(last)):
-        w = min(each, last - 1)
-        n = learners.shape[0] if each < last else 0
-        credit_in_world(learners, earned, potentials, terms, out, w, n)
-
-
-@row_template
-def credit_in_world(  # noqa: PLR0913 what is read, what is written, and where
-    learners: Int64[Array, " learners"],
-    earned: Float64[Array, "worlds robots"],
-    potentials: Float64[Array, "2 worlds robots"],
-    terms: Terms,
-    out: Float64[Array, "2 worlds learners"],
-    w: int,
-    n_learners: int,
-) -> None:
-    """Write what every learner is given, its own or its team's mean: unshaped, then shaped.
-
-    `potentials` are those before and after the ticks; what is earned with shaping is written in
-    the place of the first. Free names: lanes.
-    """
-    discount, weight, is_team = terms
-    shaped = potentials[0, w] if weight > 0.0 else earned[w]
-    n_robots = earned.shape[1] if weight > 0.0 and n_learners > 0 else 0
-    for i in range(lane(), n_robots, lanes()):
-        before, after = potentials[0, w, i], potentials[1, w, i]
-        shaped[i] = earned[w, i] + shaping(before, after, discount, weight)
-    barrier()
-    for learner in range(lane(), n_learners, lanes()):
-        i = learners[learner]
-        out[0, w, learner] = mean_of(earned[w]) if is_team else earned[w, i]
-        out[1, w, learner] = mean_of(shaped) if is_team else shaped[i]
 
 
 def observe(  # noqa: PLR0913 what is read, and what is written
@@ -280,7 +267,7 @@ def observe(  # noqa: PLR0913 what is read, and what is written
     `rows` are where its numbers go, the frames that are kept, and where these go with the new one.
     `beside` are the additions by name, the share of the episode that is left, and the last actions,
     which are forgotten in a world that BEGINS. A world that RUNS adds to its frames, one that
-    STANDS keeps them. Free names: lanes.
+    STANDS keeps them.
     """
     additions, time_left, raw = beside
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
@@ -298,10 +285,7 @@ def observe_in_world(  # noqa: PLR0913 what is read, what is written, and where
     rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
     w: int,
 ) -> None:
-    """Write what every learner of a world observes, as `observe` says of each.
-
-    Free names: lanes.
-    """
+    """Write what every learner of a world observes, as `observe` says of each."""
     additions, time_left, raw = beside
     seen, kept, out = rows
     read_fields(fields, w, learners, seen[w])
@@ -374,7 +358,7 @@ def write_log(
     out: Float64[Array, "worlds learners infos"],
     which: Span,
 ) -> None:
-    """Write what is logged of each learner, and 0 where nothing is. Free names: lanes, log."""
+    """Write what is logged of each learner, and 0 where nothing is."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for learner in range(lane(), out.shape[1], lanes()):
             i, row = learners[learner], out[w, learner]

@@ -105,21 +105,21 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     it, both = decision(learn), (0, 2)
     seen, pair = np.zeros((2, 10, 60), np.float32), np.zeros((2, 10))
     modes, choices = np.zeros(2, np.int8), np.zeros((2, 10), np.int64)
-    worlds, potentials = it.loop.world.worlds, np.stack([pair, pair])
+    worlds, rewards = it.loop.world.worlds, np.stack([pair, pair])
 
     def compiles(template, functions, *arguments):
         assert ".entry" in ptx(bind_grid(template, functions), *arguments, both)
 
+    state, crediting = (it.robots, worlds, TROUBLE), (pair.copy(), it.terms, pair)
     numbers = {"write_raw": kernels.raw_of_numbers, "command": drive_to_wheels}
     for given, limits, check, functions in (
         (it.actions, (it.row, it.row), kernels.check_numbers, numbers),
         (choices, 5, kernels.check_choices, {"write_raw": kernels.raw_of_choice}),
     ):
-        compiles(kernels.check, {"check_actions": check}, given, limits, TROUBLE)
-        taken = it.fields, it.learners, given, it.form, it.actions, pair
-        compiles(kernels.write_actions, functions, *taken)
-    compiles(kernels.write_potentials, {"potential": potential}, it.robots, worlds, pair)
-    compiles(kernels.credit, {}, it.learners, pair, potentials, it.terms, potentials)
+        names = {**functions, "check_actions": check, "potential": potential}
+        acting = it.fields, it.learners, given, it.form, it.actions, limits
+        compiles(kernels.act, names, state, acting, crediting)
+    compiles(kernels.settle, {"potential": potential}, state, crediting, it.learners, rewards)
     beside = it.additions, pair[:, 0].copy(), it.actions
     observed = it.scaling, beside, modes, (seen, it.frames, seen)
     compiles(kernels.observe, {}, it.fields, it.learners, *observed)
@@ -147,7 +147,7 @@ def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
     arguments = (
         (*arrays, world.trouble),
         (it.fields, it.learners, it.actions, it.form, it.actions, (it.row, it.row)),
-        (rewards, it.terms, rewards[0]),
+        (rewards[1], it.terms, rewards[0]),
         (it.fields, it.scaling, it.additions, it.frames),
         (times, times, words), starts, (10, 2, 360, 64),
         (rewards, seen, stacked, times > 0), (0, 2),
