@@ -116,16 +116,6 @@ class LayeredController:
             motion, rules["motion_rule"] = MotionLayer(no_motion, {}), self.motion
         return Layers(self.name, estimator, weighting, motion, **rules)
 
-    def build(
-        self, world: World, seeds: Sequence[int], each: Sequence["LayeredController"]
-    ) -> RunningLayers:
-        """The running controller of a block of worlds; `each` world has a controller with numbers.
-
-        ConfigError if a layer does not support such a world.
-        """
-        self.check_supports(world.scenario)
-        return RunningLayers(world, seeds, [[own] * world.n_robots for own in each])
-
     def language(self, scenario: BaseScenario) -> tuple[list[object], KernelNumbers | None]:
         """What its robots understand: messages of estimators with the same functions and, where
         estimates are corrected jointly, equal numbers."""

@@ -6,33 +6,9 @@ from functools import partial
 from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.interface import Kernel
 
-
-class MeasuredLoop(Protocol):
-    """A control loop on a CPU or on a GPU, as what measures it sees it."""
-
-    @property
-    def world(self) -> Any:  # noqa: ANN401 of its task
-        """The worlds: their scenarios hold, their records may be old."""
-
-    @property
-    def memory(self) -> Any:  # noqa: ANN401 a Memory, from a floor above
-        """Where the arrays of the worlds lie."""
-
-    @property
-    def arrays(self) -> Mapping[str, Any]:
-        """Records by name, where the worlds run: `robots`, `worlds`."""
-
-    @property
-    def estimators(self) -> Any:  # noqa: ANN401 an array where the worlds run
-        """What the estimators keep, worlds by robots; None where no robot has one."""
-
-    def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """A template over worlds, whose last argument it is given here."""
-
-    def download(self) -> Any:  # noqa: ANN401 a Loop, from the floor above
-        """The loop on the CPU, with its records as they stand."""
+MeasuredLoop = Any
+"""A `Loop` or a `DeviceLoop`, from floors above."""
 
 
 class EpisodeMeter(Protocol):

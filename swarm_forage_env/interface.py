@@ -189,21 +189,16 @@ class Controller(Protocol):
     def name(self) -> str:
         """What it is called, without its parameters."""
 
-    def build(
-        self,
-        world: Any,  # noqa: ANN401 of its task
-        seeds: Sequence[int],
-        each: Sequence[Any],
-    ) -> RunningController:
-        """The running controller of a block of worlds, with the numbers of `each` of them."""
-
     def with_parameters(self, values: Mapping[str, Any]) -> "Controller":
         """The same controller with some parameters changed."""
+
+    def check_supports(self, scenario: BaseScenario) -> None:
+        """ConfigError if it is not made for such a world."""
 
 
 @runtime_checkable
 class TeamController(Controller, Protocol):
-    """A controller whose robots may live among robots of other controllers."""
+    """A controller of robots, which may live among robots of other controllers."""
 
     def language(self, scenario: BaseScenario) -> object:
         """What its robots understand: those of equal languages are a team."""
@@ -237,14 +232,6 @@ class PolicyOverLayers(Controller, Protocol):
 
     def pilot(self, scenario: BaseScenario) -> Any:  # noqa: ANN401 an `envs.pilot.Pilot`
         """The policy, compiled; ConfigError for one that Python must call."""
-
-
-@runtime_checkable
-class ChecksScenarios(Protocol):
-    """A controller that is not made for every scenario."""
-
-    def check_supports(self, scenario: BaseScenario) -> None:
-        """ConfigError if it is not made for such a world."""
 
 
 def has_talk(controller: object) -> bool:

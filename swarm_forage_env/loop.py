@@ -18,7 +18,7 @@ from swarm_forage_env import task
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.errors import ConfigError, checked_count
 from swarm_forage_env.interface import Controller, Kernel, RunningController
-from swarm_forage_env.mixed import MixedController, members_of
+from swarm_forage_env.mixed import MixedController, build, members_of
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.record import Rows, copied_rows
@@ -84,7 +84,7 @@ class Loop(WorldsOnCpu):
         controllers = _one_each(controller, seeds)
         mixed = (each for each in controllers if isinstance(each, MixedController))
         leader = next(mixed, controllers[0])
-        self.controllers, self._name, build = controllers, str(leader.name), leader.build
+        self.controllers, self._name = controllers, str(leader.name)
         self.controller: RunningController = build(self.world, seeds, controllers)
         super().__init__(self.world, self.controller.minds)
         self.threads = checked_count("threads", threads)
@@ -114,10 +114,7 @@ class Loop(WorldsOnCpu):
         self._begin(seed_of)
 
     def renumber(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
-        """Give some worlds the numbers of other scenarios, and let all records be.
-
-        ConfigError, before anything changes, for what does not fit.
-        """
+        """Give worlds the numbers of other scenarios; ConfigError, before anything changes."""
         task.check_fit([self.world.scenarios[w] for w in which], scenarios)
         numbers = [
             self.controller.numbers_in(w, scenario)
@@ -132,10 +129,7 @@ class Loop(WorldsOnCpu):
         return self
 
     def step(self) -> None:
-        """One tick of every world.
-
-        Afterwards `exchange` and `situation` are what either layer is shown next.
-        """
+        """One tick of every world: `exchange` and `situation` are what layers are shown next."""
         self.run(1)
 
     def run(self, n_ticks: int, modes: Modes | None = None) -> None:
@@ -157,10 +151,7 @@ class Loop(WorldsOnCpu):
         return Snapshot(self._kind, self.world.snapshot(), self.controller.snapshot())
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on as when the snapshot was taken, bit for bit, with the scenarios of then.
-
-        ConfigError if it is of a block of another kind or of other sizes.
-        """
+        """Go on as when the snapshot was taken, bit for bit; ConfigError if it does not fit."""
         if snapshot.kind != self._kind:
             there, here = (_KIND.format(*kind) for kind in (snapshot.kind, self._kind))
             raise ConfigError(f"a snapshot of {there}, cannot be restored in {here}")
@@ -189,18 +180,17 @@ class Loop(WorldsOnCpu):
 
     @property
     def exchange(self) -> Rows:
-        """A copy of what the weighting layer of every robot sees, a row for each.
-
-        ConfigError where no robot has one.
-        """
-        exchange: Rows = copied_rows(estimators_of(self.controller.minds), ("exchange",))
-        return exchange
+        """A copy of what the weighting layer of every robot sees; ConfigError if none has one."""
+        return self._estimated("exchange")
 
     @property
     def situation(self) -> Rows:
         """The same of what the motion layer sees of a robot's beliefs."""
-        situation: Rows = copied_rows(estimators_of(self.controller.minds), ("situation",))
-        return situation
+        return self._estimated("situation")
+
+    def _estimated(self, name: str) -> Rows:
+        shown: Rows = copied_rows(estimators_of(self.controller.minds), (name,))
+        return shown
 
     def scene(self, which: int = 0) -> Scene:
         """What is drawn of one world as it stands; ConfigError if its task has no drawing."""
@@ -234,10 +224,7 @@ class Loop(WorldsOnCpu):
         kernel(world.arrays, layers.arrays, modes, world.trouble, first, last, n_ticks)
 
     def _advance(self, n_ticks: int, modes: Modes, first: int, last: int) -> None:
-        """Some ticks of those of the worlds first .. last - 1 that run.
-
-        An engine in Python moves the robots between two compiled calls, one tick at a time.
-        """
+        """Some ticks of those of the worlds first .. last - 1 that run."""
         if self.world.is_compiled:
             self._call(tuple(STAGES), n_ticks, modes, first, last)
             return

@@ -16,7 +16,6 @@ from swarm_forage_env.arrays import Array, Int64, UInt8
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import (
-    ChecksScenarios,
     CompiledLayers,
     Controller,
     PolicyOverLayers,
@@ -34,9 +33,6 @@ from swarm_forage_env.ticks import Arrays, joined, nothing
 
 Team = list[int]
 """Numbers of the robots that understand each other."""
-
-Rows = Sequence[Sequence[Controller]]
-"""Of each world the controller of each of its robots."""
 
 Bytes = UInt8[Array, "worlds robots bytes"]
 
@@ -63,35 +59,6 @@ class MixedController:
         """The same with some parameters of every robot's controller changed."""
         return replace(self, members=tuple(each.with_parameters(values) for each in self.members))
 
-    def build(
-        self,
-        world: Any,  # noqa: ANN401 of any task
-        seeds: Sequence[int],
-        each: Sequence[Controller],
-    ) -> RunningController:
-        """The running controllers of a block of worlds, of which `each` may have its own."""
-        whole = [members_of(controller, world.n_robots) for controller in each]
-        for row, scenario in zip(whole, world.scenarios, strict=True):
-            MixedController(tuple(row)).check_supports(scenario)
-        rows = _without_policies(whole, world.scenario)
-        teams = [_teams(row, own) for row, own in zip(rows, world.scenarios, strict=True)]
-        for own in teams:
-            if own != teams[0]:
-                raise ConfigError(
-                    "controllers of one block: the same robots must understand each other in all"
-                    f" worlds, not {teams[0]} in one and {own} in another"
-                )
-        running: list[RunningController] = [
-            rows[0][team[0]].build_team(world, seeds, [_only(row, team) for row in rows])
-            for team in teams[0]
-        ]
-        together = running[0]
-        if len(running) > 1:
-            together = RunningTeams(running, teams[0], world.robots.shape)
-        for policy, robots in _policies(whole):
-            together = policy.over(world, together, robots)
-        return together
-
     def check_supports(self, scenario: BaseScenario) -> None:
         """ConfigError if a controller is not made for such a world, or not for such company."""
         n_robots = scenario.task.n_robots
@@ -105,8 +72,7 @@ class MixedController:
                 raise ConfigError(
                     f"controller '{each.name}': drives whole swarms only, no robots among others"
                 )
-            if isinstance(each, ChecksScenarios):
-                each.check_supports(scenario)
+            each.check_supports(scenario)
         if (
             task_of(scenario).is_joint
             and len(_teams(cast(Sequence[TeamController], self.members), scenario)) > 1
@@ -124,26 +90,52 @@ def members_of(controller: Controller, n_robots: int) -> Sequence[Controller]:
     return [controller] * n_robots
 
 
-def with_members(
-    controller: Controller, others: Mapping[int, Controller], n_robots: int
-) -> MixedController:
-    """The same with other controllers of some robots, by number."""
-    before = members_of(controller, n_robots)
-    return MixedController(tuple(others.get(k, own) for k, own in enumerate(before)))
+def build(
+    world: Any,  # noqa: ANN401 of any task
+    seeds: Sequence[int],
+    controllers: Sequence[Controller],
+) -> RunningController:
+    """The running controllers of a block of worlds, of which each may have its own.
+
+    ConfigError for controllers that are not made for these worlds, or not for each other.
+    """
+    pairs = zip(controllers, world.scenarios, strict=True)
+    different = {(id(own), id(scenario)): (own, scenario) for own, scenario in pairs}.values()
+    for own, scenario in different:
+        own.check_supports(scenario)
+    whole = {id(own): members_of(own, world.n_robots) for own in controllers}
+    members = {id(each): each for row in whole.values() for each in row}
+    under = {key: _under(each, world.scenario) for key, each in members.items()}
+    rows = {key: [under[id(each)] for each in row] for key, row in whole.items()}
+    teams = _teams(rows[id(controllers[0])], world.scenario)
+    for own, scenario in different:
+        others = _teams(rows[id(own)], scenario)
+        if others != teams:
+            raise ConfigError(
+                "controllers of one block: the same robots must understand each other in all"
+                f" worlds, not {teams} in one and {others} in another"
+            )
+    running: list[RunningController] = []
+    for team in teams:
+        only = {key: _only(row, team) for key, row in rows.items()}
+        leader = rows[id(controllers[0])][team[0]]
+        running.append(leader.build_team(world, seeds, [only[id(own)] for own in controllers]))
+    together = running[0]
+    if len(running) > 1:
+        together = RunningTeams(running, teams, world.robots.shape)
+    for policy, robots in _policies([*whole.values()]):
+        together = policy.over(world, together, robots)
+    return together
 
 
-def _without_policies(rows: Rows, scenario: BaseScenario) -> list[list[TeamController]]:
-    """The controllers, and of those that are a policy over something else what that is."""
-    under = {
-        id(each): each.under(scenario)
-        for row in rows
-        for each in row
-        if isinstance(each, PolicyOverLayers)
-    }
-    return [[under.get(id(each), cast(TeamController, each)) for each in row] for row in rows]
+def _under(controller: Controller, scenario: BaseScenario) -> TeamController:
+    """What drives a robot but for a policy over something else."""
+    if isinstance(controller, PolicyOverLayers):
+        return controller.under(scenario)
+    return cast(TeamController, controller)
 
 
-def _policies(rows: Rows) -> list[tuple[PolicyOverLayers, Team]]:
+def _policies(rows: Sequence[Sequence[Controller]]) -> list[tuple[PolicyOverLayers, Team]]:
     """Each policy over something else, with its robots; ConfigError if they are not the same
     in all worlds."""
     teams: dict[int, tuple[PolicyOverLayers, Team]] = {}

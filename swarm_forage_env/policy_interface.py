@@ -5,14 +5,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import FieldLayout, FieldPath, Sizes, layout_of
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.spaces import Layout
-
-Index = slice | Int64[Array, " learners"]
-"""Which robots learn: a slice that takes all, or their numbers."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +44,8 @@ class PolicyInterface:
     """Sizes of the named axes of these fields in a scenario."""
     decision_period: int = 1
     """Ticks for which an action is held, by default."""
-    n_weights: int = 0
-    """How many numbers of an action are weights in [0, 1]; they come first."""
     can_correct: bool = False
     """It can be learned as a correction of the hand-written motion."""
-    is_steering: bool = False
-    """The two numbers that follow are the command of the motion."""
     said: Float32[Array, "choices numbers"] = field(default_factory=lambda: SILENT)
     """What can be said in a discrete action: the rest of the numbers, a row for each choice."""
     target: str | None = None
@@ -70,3 +63,8 @@ class PolicyInterface:
     def action(self) -> FieldLayout:
         """What each number of an action is, as the layers take it: the same in all scenarios."""
         return layout_of(self.gives, {}, None)
+
+    @property
+    def n_weights(self) -> int:
+        """How many numbers of an action are weights in [0, 1]; they come first."""
+        return len(layout_of([each for each in self.gives if each.name == "weight"], {}, None))

@@ -85,9 +85,9 @@ class RawControl:
     """Sizes of the named axes of the messages in a scenario."""
     name: str = "policy"
 
-    def build(self, world: Any, seeds: Sequence[int], each: Sequence[object]) -> "RunningPolicy":  # noqa: ANN401 of its task
-        """The running policy of a block of worlds; ConfigError where faults falsify messages."""
-        return self.build_team(world, seeds, [[self] * world.n_robots])
+    def check_supports(self, scenario: BaseScenario) -> None:
+        """ConfigError where faults falsify messages."""
+        refuse_falsifying(self.name, scenario)
 
     def language(self, scenario: BaseScenario) -> object:
         """The messages are words whose meaning only this policy knows."""
@@ -101,7 +101,7 @@ class RawControl:
     ) -> "RunningPolicy":
         """The running policy of some robots, worlds by robots; None for one of another's."""
         for scenario in world.scenarios:
-            refuse_falsifying(self.name, scenario)
+            self.check_supports(scenario)
         robots = [robot for robot, own in enumerate(each[0]) if own is not None]
         return RunningPolicy(self, world, robots)
 
@@ -144,12 +144,15 @@ class RunningPolicy:
     def consult(self) -> None:
         """There are no rules."""
 
-    def numbers_in(self, world: int, scenario: BaseScenario) -> None:
-        """There are no numbers; ConfigError where faults falsify messages."""
-        refuse_falsifying("policy", scenario)
+    def check_on_gpu(self) -> None:
+        """A GPU runs it."""
 
     def renumber(self, world: int, numbers: None) -> None:
         """There are no numbers."""
+
+    def numbers_in(self, world: int, scenario: BaseScenario) -> None:
+        """There are no numbers; ConfigError where faults falsify messages."""
+        refuse_falsifying("policy", scenario)
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Clear the messages of the worlds first .. last - 1."""
@@ -165,6 +168,3 @@ class RunningPolicy:
 
     def _messages(self, shape: tuple[int, ...]) -> Array:
         return self._policy.messages.array(shape, **self._policy.sizes(self._world.scenario))
-
-    def check_on_gpu(self) -> None:
-        """A GPU runs it."""

@@ -74,10 +74,7 @@ class World(ABC):
         """Let an engine outside compiled code move the robots of the worlds first .. last - 1."""
 
     def tick(self, first: int, last: int) -> None:
-        """Apply the commands in the worlds first .. last - 1: move, score, sense, hear.
-
-        For worlds without a controller, as `sense_first`; a `Loop` runs both with its controller.
-        """
+        """Apply the commands in the worlds first .. last - 1, where no `Loop` does it."""
         self.move(first, last)
         self._tick_in(self.modes, first, last)
 
@@ -175,10 +172,7 @@ class World(ABC):
 
 
 def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
-    """What went wrong first in a block of worlds, as an error to raise; it is forgotten.
-
-    `name_of` gives the name of the controller of a robot of a world.
-    """
+    """What went wrong first in a block, as an error that names the robot's controller."""
     w = int(np.flatnonzero(world.trouble[:-1])[0])
     robot, kind = divmod(int(world.trouble[w]), ticks.N_TROUBLES)
     world.trouble[...] = ticks.NO_TROUBLE
@@ -236,10 +230,7 @@ def consecutive(
 
 
 def check_fit(old: Sequence[BaseScenario], new: Sequence[BaseScenario]) -> None:
-    """ConfigError if worlds of some scenarios cannot go on under others, one for each.
-
-    What fixes the sizes of a task's records must stay as it was when the worlds were made.
-    """
+    """ConfigError if worlds of some scenarios cannot go on under others, one for each."""
     if len(new) != len(old):
         raise ConfigError(f"{len(new)} scenarios given for {len(old)} worlds: must be one for each")
     one_task((*old, *new))

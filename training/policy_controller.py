@@ -82,16 +82,6 @@ class PolicyController(LayeredController):
         assert isinstance(controller, PolicyController)
         return controller
 
-    def build(  # type: ignore[override]  # a running controller of another class
-        self, world: World, seeds: Sequence[int], each: Sequence["PolicyController"]
-    ) -> "RunningForeignPolicy":
-        """The running controller of a block of worlds; ConfigError if the policy does not fit."""
-        if any(own.policy != self.policy for own in each):
-            raise ConfigError(f"policy {self.policy.source}: all worlds of a block need the same")
-        under = [own.under(world.scenario) for own in each]
-        inner = under[0].build(world, seeds, under)
-        return self.over(world, inner, range(world.n_robots))
-
     def under(self, scenario: BaseScenario) -> TeamController:
         """The controller of the other layers; beside a policy of everything there are none."""
         raw_control = task_of(scenario).raw_control

@@ -29,12 +29,10 @@ Raw = Float32[Array, "rows numbers"]
 
 
 class ActionForm:
-    """What an action is to a policy, and how it becomes what the layers take.
-
-    ConfigError or UnknownNameError for a form that the task does not have.
-    """
+    """What an action is to a policy, and how it becomes what the layers take."""
 
     def __init__(self, task: Task, policy: PolicyInterface, config: EnvConfig) -> None:
+        """ConfigError or UnknownNameError for a form that the task does not have."""
         self._policy = policy
         self._steering = steering = _steering(task, policy, config)
         self.has_reflexes = _has_reflexes(policy, steering, config)
@@ -131,8 +129,8 @@ def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steerin
         )
     if config.action is not None and config.action not in task.steerings:
         raise UnknownNameError("form of action", config.action, task.steerings)
-    if not policy.is_steering or not task.steerings:
-        return None
+    if len(policy.action) == policy.n_weights or not task.steerings:
+        return None  # nothing but weights, or as the action says
     return task.steerings[config.action or next(iter(task.steerings))]
 
 
@@ -165,10 +163,7 @@ class Actions:
         self._shape = (len(agents), *form.shape)
 
     def matrix(self, actions: Mapping[str, object]) -> Array:
-        """A row for each agent, of numbers or choices.
-
-        ConfigError or UnknownNameError for what cannot be used.
-        """
+        """A row for each agent; ConfigError or UnknownNameError for what cannot be used."""
         try:
             stacked = np.array([actions[agent] for agent in self._agents])
             usable = self._usable(stacked) if len(actions) == len(self._agents) else None

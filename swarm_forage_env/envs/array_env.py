@@ -1,6 +1,6 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, Self, Unpack
 
@@ -12,7 +12,7 @@ from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.device_loop import DeviceLoop, placed
 from swarm_forage_env.envs.actions import Actions, as_array
 from swarm_forage_env.envs.config import EnvConfig, chosen_robots
-from swarm_forage_env.envs.decision import Decisions
+from swarm_forage_env.envs.decision import Decisions, Exchanges, Worlds
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
@@ -22,11 +22,10 @@ from swarm_forage_env.envs.notebook import html_of
 from swarm_forage_env.envs.observations import normalise_rows, normalised, typical_sizes
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import OwnReward
-from swarm_forage_env.envs.stepping import Exchanges, Worlds
 from swarm_forage_env.envs.whole_decision import WholeDecision
 from swarm_forage_env.errors import ConfigError, checked_count
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.policy_interface import Index
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.randomise import Randomisation
 from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
@@ -126,8 +125,9 @@ class ArrayEnv:
         if device == "cuda":
             _check_on_gpu(config, form)
         randomisation = Randomisation(form.scenario, config.randomise)
+        scenarios = randomisation.extremes()
         if randomisation.ranges:
-            form = PolicyForm(randomisation.extremes(), config)
+            form = PolicyForm(scenarios, config)
         self.policy, self.max_cycles, self.agents = form.policy, form.max_cycles, form.agents
         self._beside = name_and_changes(parts.controller)
         made_of = parts.controller, range(self.n_worlds), config.physics, config.threads
@@ -136,13 +136,15 @@ class ArrayEnv:
         self.learners = [self.agents[robot] for robot in robots]
         self.learner_numbers: Int64[Array, " learners"] = np.array(robots, np.int64)
         """The numbers of the robots that learn."""
-        learns: Index = slice(None) if len(robots) == len(self.agents) else self.learner_numbers
+        is_all = len(robots) == len(self.agents)
+        learns = slice(None) if is_all else self.learner_numbers
         own = dict.fromkeys(self.policy.replaces, (slice(None), learns))
         copied = slice(None if device == "cpu" else 1)  # a GPU is given the first world
         form.hand_over(self.world.robots["action"][copied], own)
         self._on: Worlds = placed(self.loop, device)
         self.episodes = Episodes(self._on, randomisation, form.check_bounds)
         self._prepare(form)
+        self._describe_state(scenarios)
         self.card = made_with(form, parts.controller)
         setattr(self.observation_space, ON_SPACE, self.card)
 
@@ -150,9 +152,7 @@ class ArrayEnv:
         return self.described(type(self).__name__)
 
     def described(self, kind: str) -> str:
-        """What an environment of a class is: scenario, learned layer, controller of the others,
-        worlds, robots that learn, and engine.
-        """
+        """What an environment of a class is, in a line."""
         worlds = f"{self.n_worlds} worlds" if self.n_worlds > 1 else "1 world"
         return (
             f"<{kind} {self.world.scenario.name}: learn={self.config.learn!r},"
@@ -168,8 +168,7 @@ class ArrayEnv:
     @property
     def infos(self) -> tuple[str, ...]:
         """The names of what `log` tells of each robot."""
-        names: tuple[str, ...] = self.truth.infos
-        return names
+        return self.truth.infos
 
     @property
     def robot_steps(self) -> int:
@@ -197,7 +196,7 @@ class ArrayEnv:
             self.episodes.stagger()
         modes = np.full(self.n_worlds, STANDS, np.int8)
         modes[fresh] = BEGINS
-        self._drawn, memory = self._lent_drawn(), self.memory
+        memory = self.memory
         seen = self._decisions.observe(self.episodes.share_left, memory.to_device(modes))
         return seen, self._infos(memory.to_device(np.zeros((self.n_worlds, len(self.learners)))))
 
@@ -321,15 +320,12 @@ class ArrayEnv:
         names = self.learners
         if self.n_worlds > 1:
             names = [f"{name} of world {w}" for w in range(self.n_worlds) for name in names]
-        return Actions(names, self._action_form)
+        return Actions(names, self._form.action)
 
     def state(self) -> Float32[Array, "worlds numbers"]:
-        """The truth about every world, as `state_layout` says; for centralised critics.
-
-        An array of the CPU, which all records are copied to from a GPU.
-        """
+        """The truth about every world, as `state_layout` says, on the CPU: for critics."""
         self.download()
-        state: Float32[Array, "worlds numbers"] = self.truth.state(self.episodes.share_gone)
+        state = self.truth.state(self.episodes.share_gone)
         if self.config.normalise:
             normalise_rows(state, *self._state_sizes)
         return state
@@ -374,17 +370,13 @@ class ArrayEnv:
         return self.loop.snapshot(), (self.episodes.snapshot(), self._decisions.snapshot())
 
     def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken, bit for bit.
-
-        ConfigError if it is of a block of another kind or of other sizes.
-        """
+        """Go on as when the snapshot was taken, bit for bit; ConfigError if it does not fit."""
         loop, rest = parts_of(snapshot, 2)
         episodes, decisions = parts_of(rest, 2)
         self._decisions.check_fits(parts_of(decisions, 2))
         self.loop.restore(loop)
         self._decisions.restore(decisions)
         self.episodes.restore(episodes)
-        self._drawn = self._lent_drawn()
         if isinstance(self._on, DeviceLoop):
             self._on.upload(range(self.n_worlds))
 
@@ -415,20 +407,15 @@ class ArrayEnv:
             self._own_reward = OwnReward(self.loop, config.reward)
         self._learners = self.memory.to_device(learners)
         self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
-        self._drawn = self._lent_drawn()
         self.observation_layout, self.observation_space = form.layout, form.observation_space
         self.action_layout, self.action_space = form.action.layout, form.action_space
-        self.action_shape = form.action.shape
-        self._action_form = form.action
-        self._describe_state()
-        log = self.truth.logs[worlds.estimators is not None]
-        self._write_log = worlds.kernel(write_log, {"log": log})
+        self.action_shape, self._form = form.action.shape, form
 
-    def _describe_state(self) -> None:
-        """Make what writes the truth, which is as wide as in any scenario of an episode."""
+    def _describe_state(self, scenarios: Sequence[BaseScenario]) -> None:
+        """Make what writes the truth, which is as wide as in any of these scenarios."""
         truths = [
             self.task.global_state(self.world, self.loop.controller, self.agents, each)
-            for each in self.episodes.extremes
+            for each in scenarios
         ]
         self.truth = max(truths, key=lambda each: len(each.layout))
         self.state_layout = Layout(widest([each.layout for each in truths]))
@@ -436,17 +423,15 @@ class ArrayEnv:
             self._state_sizes = typical_sizes(self.state_layout)
             self.state_layout = normalised(self.state_layout)
         self.state_space: Box = self.state_layout.box()
+        log = self.truth.logs[self._on.estimators is not None]
+        self._write_log = self._on.kernel(write_log, {"log": log})
 
     def _infos(self, unshaped: PlacedArray) -> Infos:
         """The unshaped reward, whose next action counts, and what was drawn."""
         acting = {} if self._exchanges is None else {"acts": self._exchanges.acts()}
-        drawn = {name: self.memory.lend(each) for name, each in self._drawn.items()}
-        return {"unshaped_reward": unshaped, **acting, **drawn}
-
-    def _lent_drawn(self) -> dict[str, PlacedArray]:
-        """What was drawn of each world's episode, on the device."""
         drawn = self.episodes.drawn.items()
-        return {name: self.memory.to_device(each) for name, each in drawn}
+        lent = {name: self.memory.lend(self.memory.to_device(each)) for name, each in drawn}
+        return {"unshaped_reward": unshaped, **acting, **lent}
 
 
 array_env = ArrayEnv

@@ -1,6 +1,6 @@
 """What becomes of the actions of the learners of worlds, and what they observe and are given."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -10,19 +10,22 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int64, read_only
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.decision_kernels import Terms
+from swarm_forage_env.envs.episodes import Episodes
 from swarm_forage_env.envs.extra_observations import (
     Observation,
     ObservationContext,
     RowObservation,
 )
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.envs.stepping import Worlds
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import hash_of
 from swarm_forage_env.spaces import Layout
 from swarm_forage_env.ticks import BEGINS, RUNS, STANDS, Modes
-from swarm_forage_env.worlds_on_cpu import PlacedArray, WorldsOnCpu
+from swarm_forage_env.worlds_on_cpu import Memory, PlacedArray, WorldsOnCpu
+
+Worlds = Loop | DeviceLoop
 
 Snapshot = tuple[Array, tuple[Array, Array]]
 """Actions, and of observations frames and streams."""
@@ -34,7 +37,7 @@ class Observing:
     def __init__(
         self, form: PolicyForm, place: WorldsOnCpu | DeviceLoop, robots: Int64[Array, " learners"]
     ) -> None:
-        self._form, self._place, memory = form, place, place.memory
+        self._place, memory = place, place.memory
         self._shape = place.arrays["robots"].shape
         rows, n, stack = (self._shape[0], len(robots)), len(form.observed), form.config.stack
         self._robots, self._learners = robots, memory.to_device(robots)
@@ -55,7 +58,6 @@ class Observing:
             for part, first, features in form.additions
             if not isinstance(part, RowObservation)
         ]
-        self._none = memory.to_device(np.zeros(rows[0]))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
         self._observe = place.kernel(kernels.observe, {})
 
@@ -70,8 +72,7 @@ class Observing:
         seen, out = self.room()
         if self._numpy:
             self._add_all(time_left, cast(Array, raw), cast(Array, modes), cast(Array, seen))
-        left = self._place.memory.to_device(time_left) if self._form.additions else self._none
-        beside = self._additions, left, raw
+        beside = self._additions, self._place.memory.to_device(time_left), raw
         rows = seen, self._kept, out
         self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
         return out
@@ -244,3 +245,55 @@ class Decisions:
 def _shapes(snapshot: Snapshot) -> Iterator[tuple[int, ...]]:
     raw, frames = snapshot
     return (each.shape for each in (raw, *frames))
+
+
+LOOKED_AT_EVERY = 16
+"""Ticks after which a CPU asks a GPU whether a world still runs, and waits for the answer."""
+
+
+class Exchanges:
+    """Every step runs each world to the end of the next exchange of one of its learners.
+
+    A world whose time is up stops without one. A world that has come so far stands still until all
+    others have too: what an episode counts is ticks.
+    """
+
+    def __init__(
+        self, worlds: Worlds, episodes: Episodes, learners: Int64[Array, " learners"]
+    ) -> None:
+        if isinstance(worlds, Loop) and worlds.controller.has_rules:
+            raise ConfigError(
+                "step_on='exchange': worlds run on their own, and a layer of this controller is a"
+                " rule on all of them, as learned ones are; take one whose motion is compiled"
+            )
+        self._worlds, self._episodes = worlds, episodes
+        memory: Memory = worlds.memory
+        self._learners = memory.to_device(learners)
+        self._shape = len(episodes.steps), len(learners)
+        self._modes: Any = memory.to_device(np.zeros(self._shape[0], np.int8))
+        self._ticks = memory.to_device(np.zeros(self._shape[0], np.int64))
+        self._stop = worlds.kernel(kernels.stop_at_exchanges, {})
+        self._acts = worlds.kernel(kernels.write_acts, {})
+
+    def run(self) -> int:
+        """Run, and count the ticks of each world; how many they were together."""
+        worlds, episodes, modes = self._worlds, self._episodes, self._modes
+        at: Mapping[str, Any] = worlds.arrays
+        memory: Memory = worlds.memory
+        ends = memory.to_device(episodes.ends)
+        memory.write(modes, np.full(self._shape[0], RUNS, np.int8))
+        for tick in range(1, int((episodes.ends - episodes.steps).max()) + 1):
+            worlds.run(1, modes)
+            self._stop(at["worlds"], at["minds"], self._learners, ends, modes, self._ticks)
+            if tick % LOOKED_AT_EVERY == 0 and not memory.read(modes).any():
+                break
+        after = memory.read(self._ticks)
+        n_ticks = int((after - episodes.steps).sum())
+        episodes.steps[:] = after
+        return n_ticks
+
+    def acts(self) -> PlacedArray:
+        """1 for the learners that just ended an exchange, whose next action counts; else 0."""
+        out = self._worlds.memory.empty(self._shape, np.float64)
+        self._acts(self._worlds.arrays["minds"], self._learners, out)
+        return out

@@ -75,11 +75,6 @@ class Episodes:
         return {name: float(each[world]) for name, each in self.drawn.items()}
 
     @property
-    def extremes(self) -> list[BaseScenario]:
-        """The scenario, and at the corners of its ranges: how far numbers can get."""
-        return self._randomisation.extremes()
-
-    @property
     def is_over(self) -> Bool[Array, " worlds"]:
         """The episode of each world has ended: it must be reset."""
         return np.asarray((self.ends > 0) & (self.steps >= self.ends))
@@ -120,10 +115,7 @@ class Episodes:
     def begin(
         self, seed: Seeds, worlds: object, options: Mapping[str, object], n_steps: int
     ) -> Int64[Array, " chosen"]:
-        """Reset these worlds for `n_steps` decisions. Returns their indices.
-
-        ConfigError, before anything changes, for what cannot be used.
-        """
+        """Reset worlds for `n_steps` decisions; their indices. ConfigError before any change."""
         chosen = numbers_of(worlds, len(self.ends))
         seeds = checked_seeds(seed, len(chosen))
         base = self.scenario_under(options)

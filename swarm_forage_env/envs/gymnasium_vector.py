@@ -9,8 +9,7 @@ from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.episodes import Seeds, checked_options, checked_seeds
-from swarm_forage_env.envs.gymnasium_core import JointWorlds
-from swarm_forage_env.envs.gymnasium_env import METADATA
+from swarm_forage_env.envs.gymnasium_env import METADATA, JointWorlds
 from swarm_forage_env.envs.keywords import SingleEnvOptions
 from swarm_forage_env.errors import ConfigError, checked_count
 
@@ -113,10 +112,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         return tuple(each.entropy for each in sequences)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
-        """A frame of each world, as rows of red, green and blue.
-
-        ConfigError where no `render_mode` was given.
-        """
+        """A frame of each world, as rows of red, green and blue; ConfigError without a mode."""
         return tuple(self._frames())
 
     def close_extras(self, **kwargs: object) -> None:

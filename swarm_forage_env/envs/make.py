@@ -15,8 +15,8 @@ from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords, chosen_robot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import REWARDS
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
-from swarm_forage_env.interface import ChecksScenarios, Controller, has_talk, is_everything
-from swarm_forage_env.mixed import members_of, with_members
+from swarm_forage_env.interface import Controller, has_talk, is_everything
+from swarm_forage_env.mixed import MixedController, members_of
 from swarm_forage_env.parameters import BaseScenario, leaves, resolve, validated
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import ScenarioSource, find_scenario
@@ -53,8 +53,7 @@ def checked_parts(
         controllers = _beside_everything(controllers, controller is not None, form, learners)
     else:
         _check_leaves_a_layer(controllers, form, learners)
-    if isinstance(controllers, ChecksScenarios):
-        controllers.check_supports(chosen)
+    controllers.check_supports(chosen)
     if config.learn == "weighting" and not has_talk(controllers):
         why = "nobody talks, so that there is nothing to weigh; choose one that does"
         _refuse(controllers, why)
@@ -94,7 +93,9 @@ def _beside_everything(
     policy, n_robots = form.task.raw_control, len(form.agents)
     assert policy is not None
     if len(learners) < n_robots:
-        return with_members(controller, dict.fromkeys(learners, policy), n_robots)
+        others = members_of(controller, n_robots)
+        members = (policy if k in learners else own for k, own in enumerate(others))
+        return MixedController(tuple(members))
     if is_given:
         _refuse(
             controller,

@@ -27,10 +27,7 @@ def title_of(env: "ArrayEnv") -> str:
 
 
 def html_of(env: "ArrayEnv", kind: str) -> str:
-    """The HTML of an environment of some API; of several worlds the first is drawn.
-
-    The picture is there once an episode has begun, and where pygame is installed.
-    """
+    """The HTML of an environment of some API: a picture of the first world, and a table."""
     config, world, moved_by = env.config, env.world, title_of(env)
     learners = len(env.learners)
     facts = [

@@ -42,10 +42,7 @@ Addition = Observation | RowObservation
 
 
 def added(observation: object, policy: PolicyInterface) -> tuple[bool, list[Addition]]:
-    """Whether what the layer sees is shown, and what is shown beside it.
-
-    ConfigError or UnknownNameError for what is no observation.
-    """
+    """Whether what the layer sees is shown, and what beside it; ConfigError for what is none."""
     wanted = list(observation) if isinstance(observation, list | tuple) else [observation]
     if not wanted:
         raise ConfigError("observation=[]: must name something; leave it out for the layer's own")

@@ -32,10 +32,7 @@ KINDS = {"": "Learner", "-Joint": "Joint", "-Tuple": "Tuple"}
 
 
 def register_with_gymnasium() -> None:
-    """Enter for each scenario `SwarmForage/<Name>-v2`, `<Name>-Joint-v2`, `<Name>-Tuple-v2`.
-
-    And the same of version 1.
-    """
+    """Enter each scenario as `SwarmForage/<Name>-v2`, `<Name>-Joint-v2` and `<Name>-Tuple-v2`."""
     for (scenario, name), version, (kind, cls) in product(NAMES.items(), VERSIONS, KINDS.items()):
         is_tuple = cls == "Tuple"
         vector = None if is_tuple else f"{ENVS}.gymnasium_vector:{cls}VectorEnv"
@@ -49,10 +46,7 @@ def register_with_gymnasium() -> None:
 
 
 def register_with_pettingzoo() -> None:
-    """Enter `swarm_forage/<scenario>-v2`, in turn and in parallel, where PettingZoo has a registry.
-
-    And the same of version 1. It has one from version 1.27 on.
-    """
+    """Enter `swarm_forage/<scenario>-v2`, in turn and in parallel, from PettingZoo 1.27 on."""
     try:
         from pettingzoo import register
     except ImportError:

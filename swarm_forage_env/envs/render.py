@@ -107,10 +107,7 @@ class ShownEnv:
         return self.array_env.snapshot()
 
     def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken, bit for bit.
-
-        ConfigError if it is of an environment of other options.
-        """
+        """Go on as when the snapshot was taken, bit for bit; ConfigError if it does not fit."""
         self.array_env.restore(snapshot)
 
     def close(self) -> None:

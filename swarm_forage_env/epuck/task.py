@@ -74,7 +74,6 @@ MOTION = PolicyInterface(
     slots,
     decision_period=10,
     can_correct=True,
-    is_steering=True,
 )
 """The motion of a robot without an estimator: it sees what the sensors say, and who is near."""
 

@@ -85,7 +85,7 @@ def symbols() -> Float32[Array, "choices numbers"]:
 _STEERING = replace(MOTION, observes=_SITUATION, target="situation.target", walk=_WALK)
 
 LEARNABLE = {
-    "weighting": PolicyInterface(_ENCOUNTER, _WEIGHTS, ("weighting",), slots, n_weights=2),
+    "weighting": PolicyInterface(_ENCOUNTER, _WEIGHTS, ("weighting",), slots),
     "motion": _STEERING,
     "both": replace(
         _STEERING,
@@ -93,7 +93,6 @@ LEARNABLE = {
         gives=_WEIGHTS + WHEELS,
         replaces=("weighting", "motion"),
         decision_period=1,
-        n_weights=2,
     ),
     "everything": PolicyInterface(
         _RAW,
@@ -101,7 +100,6 @@ LEARNABLE = {
         (),
         slots,
         decision_period=5,
-        is_steering=True,
         said=symbols(),
     ),
 }

@@ -90,24 +90,22 @@ def symbols() -> Float32[Array, "choices numbers"]:
     return said.reshape(-1, 1 + WORDS)
 
 
-_MOTION = PolicyInterface(_SITUATION, _PULL, ("motion",), is_steering=True, target="situation.goal")
+_MOTION = PolicyInterface(_SITUATION, _PULL, ("motion",), target="situation.goal")
 
 LEARNABLE = {
-    "weighting": PolicyInterface(_ENCOUNTER, _WEIGHT, ("weighting",), n_weights=1),
+    "weighting": PolicyInterface(_ENCOUNTER, _WEIGHT, ("weighting",)),
     "motion": _MOTION,
     "both": replace(
         _MOTION,
         observes=_ENCOUNTER + _SITUATION,
         gives=_WEIGHT + _PULL,
         replaces=("weighting", "motion"),
-        n_weights=1,
     ),
     "everything": PolicyInterface(
         _RAW,
         _PULL + paths("", "minds", PolicyMessages, "claim words"),
         (),
         robots,
-        is_steering=True,
         said=symbols(),
         target="readings.goal",
     ),
