@@ -57,10 +57,7 @@ def temporary_of(file: Path) -> Path:
 
 
 def sweep(folder: Path, names: str) -> None:
-    """Remove the temporaries that killed runs left in a folder for files of these names.
-
-    `names` is a regular expression. Folders, and files of other names, are let be.
-    """
+    """Remove the temporaries that killed runs left for files whose names match an expression."""
     ours = re.compile(rf"_(?:{names})\.[^/]+-[0-9]+{re.escape(TEMPORARY)}")
     for leftover in folder.glob(f"_*{TEMPORARY}"):
         if ours.fullmatch(leftover.name) and leftover.is_file():

@@ -80,17 +80,22 @@ def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> 
     return members[0] if all(each == members[0] for each in members) else mixed
 
 
+def robot_number(robot: object, agents: Sequence[str]) -> int:
+    """The number of a robot that is given by number or name; UnknownNameError if there is none."""
+    number: Any = agents.index(robot) if robot in agents else robot
+    if isinstance(number, bool) or number not in range(len(agents)):
+        raise UnknownNameError("robot", str(robot), agents)
+    return int(number)
+
+
 def _by_number(
     controllers: Mapping[Any, OneController], agents: Sequence[str]
 ) -> dict[int, OneController]:
-    names = {agent: robot for robot, agent in enumerate(agents)}
     numbered: dict[int, OneController] = {}
     for key, controller in controllers.items():
         if key == OTHERS:
             continue
-        robot = names.get(key, key)
-        if isinstance(robot, bool) or robot not in range(len(agents)):
-            raise UnknownNameError("robot", str(key), [*names, OTHERS])
+        robot = robot_number(key, agents)
         if robot in numbered:
             raise ConfigError(f"controller: robot {robot} is given twice, by name and by number")
         numbered[robot] = controller

@@ -48,7 +48,17 @@ class DeviceLoop:
         self.grid = grid_of(*shape)
         """Blocks, and threads of a block: robots by worlds."""
         self._modes = self.memory.to_device(loop.world.modes)
-        self._upload_all()
+        put = self.memory.repeated if loop.is_blank else self.memory.to_device
+        self.arrays = {name: put(own) for name, own in self._host().items()}
+        self.trouble = self.memory.to_device(loop.world.trouble)
+        """What went wrong in each world since `check` was called."""
+        world, layers = (tuple(self.arrays[name] for name in names) for names in (WORLD, LAYERS))
+        self.ticking = world, layers, self.trouble
+        """What templates of ticks are handed: arrays of worlds and layers, and what went wrong."""
+        first_robot, *places = map(self.memory.repeated, loop.world.starts)
+        firsts = map(self.memory.to_device, self.layers.firsts)
+        self.starts: tuple[Any, ...] = first_robot, *firsts, *places
+        """What worlds start from: as `World.starts`, with first records of the layers."""
 
     @property
     def world(self) -> World:
@@ -96,18 +106,6 @@ class DeviceLoop:
         kernel[self.launch](world, layers, modes, trouble, 0, n_worlds, n_ticks)
 
     @property
-    def ticking(self) -> tuple[Any, ...]:
-        """What templates of ticks are handed: arrays of worlds and layers, and what went wrong."""
-        world, layers = (tuple(self.arrays[name] for name in names) for names in (WORLD, LAYERS))
-        return world, layers, self.trouble
-
-    @property
-    def starts(self) -> tuple[Any, ...]:
-        """What worlds start from: as `World.starts`, with first records of the layers."""
-        first_robot, *rest = self._starts
-        return first_robot, *self._firsts, *rest
-
-    @property
     def traffic(self) -> dict[str, int]:
         """Bytes of the records of each stage: read once, and once more for those that it writes."""
         at = self.arrays
@@ -135,7 +133,7 @@ class DeviceLoop:
         n_worlds = self.world.n_worlds
         own, modes = np.zeros(n_worlds, np.uint64), np.zeros(n_worlds, np.int8)
         own[which], modes[which] = [*seed_of.values()], BEGINS
-        self.memory.write(self._starts[1], own)
+        self.memory.write(self.starts[3], own)
         which_begin, (world, layers, trouble) = self.memory.to_device(modes), self.ticking
         self._begin[self.launch](
             world, layers, self.starts, self.layers.noise, which_begin, trouble
@@ -172,24 +170,12 @@ class DeviceLoop:
         return self.loop
 
     def check(self) -> None:
-        """Raise what went wrong since the last time: waits for the GPU.
-
-        ConfigError for a command, a weight or an action that cannot be used, RuntimeError where
-        there was no room for all neighbours.
-        """
+        """Raise what went wrong since the last time, as `Loop.check`: waits for the GPU."""
         if self.memory.read(self.trouble[-1:])[0]:
             self.world.trouble[...] = self.memory.read(self.trouble)
             self.memory.write(self.trouble, np.zeros_like(self.world.trouble))
             self.download()
             self.loop.check()
-
-    def _upload_all(self) -> None:
-        put = self.memory.repeated if self.loop.is_blank else self.memory.to_device
-        self.arrays = {name: put(own) for name, own in self._host().items()}
-        self.trouble = self.memory.to_device(self.world.trouble)
-        """What went wrong in each world since `check` was called."""
-        self._firsts = tuple(map(self.memory.to_device, self.layers.firsts))
-        self._starts = tuple(map(self.memory.repeated, self.world.starts))
 
     def _host(self) -> dict[str, Array]:
         """The arrays on the CPU, as views."""

@@ -23,10 +23,7 @@ class DeviceMemory(Memory):
         self._stream: object = 0
 
     def change_stream(self, address: object) -> None:
-        """Go on in the stream of an address, after what the one before was asked to do.
-
-        ConfigError for what is no address.
-        """
+        """Go on in the stream of an address, after the one before; ConfigError for no address."""
         if not isinstance(address, int) or isinstance(address, bool) or address < 0:
             raise ConfigError(
                 f"stream={address!r}: must be the address of a stream of CUDA, as"

@@ -44,9 +44,8 @@ class EpisodeKind:
 
     @property
     def sometimes(self) -> tuple[str, ...]:
-        """Fields that only episodes of some scenarios have, None in all others: they stand in
-        a table of their own where an episode has them, and datasets of earlier releases lack them.
-        """
+        """Fields that only episodes of some scenarios have, None in all others, which stand in a
+        table of their own; datasets of earlier releases lack them."""
         return tuple(each.name for each in fields(self.episode) if each.default is None)
 
     @property

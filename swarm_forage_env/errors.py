@@ -21,10 +21,7 @@ class UnknownNameError(KeyError):
     """An unknown name: the message gives the nearest known one."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], note: str = "") -> None:
-        """Say which kind of thing is unknown, under which name, and which names are known.
-
-        A note tells why others are not.
-        """
+        """Say what is unknown, which names are known, and in a note why others are not."""
         names = sorted(known)
         near = (
             nearest(name, names)

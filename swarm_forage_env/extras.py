@@ -35,10 +35,7 @@ def remedy(module: str | None) -> str | None:
 
 
 def other_package(module: str | None) -> str | None:
-    """What to do about a package of somebody else that hides one of ours.
-
-    None where that is not what a module is missing for.
-    """
+    """What to do about a package of somebody else that hides one of ours; None if none does."""
     package = (module or "").partition(".")[0]
     if package not in COMMON_NAMES:
         return None

@@ -32,10 +32,7 @@ EachT = TypeVar("EachT")
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A block of worlds and its controller in mid-episode: what the next ticks depend on.
-
-    Later ticks do not change it. It can be pickled, and restored in another process.
-    """
+    """A block of worlds and its controller in mid-episode, to be pickled and restored anywhere."""
 
     kind: tuple[str, str, str, int, int]
     """Task, engine and controller; how many worlds, and robots in each."""
@@ -153,8 +150,7 @@ class Loop(WorldsOnCpu):
     def restore(self, snapshot: Snapshot) -> None:
         """Go on as when the snapshot was taken, bit for bit; ConfigError if it does not fit."""
         if snapshot.kind != self._kind:
-            there, here = (_KIND.format(*kind) for kind in (snapshot.kind, self._kind))
-            raise ConfigError(f"a snapshot of {there}, cannot be restored in {here}")
+            raise ConfigError(f"a snapshot of {snapshot.kind}, cannot be restored in {self._kind}")
         scenarios = snapshot.world["scenarios"]
         task.check_fit(self.world.scenarios, scenarios)
         self.is_blank = False
@@ -263,8 +259,6 @@ class Loop(WorldsOnCpu):
 
 AFTER_ENGINE = "tick", "observe"
 """What follows an engine in Python in a tick."""
-
-_KIND = "the task {}, engine {}, controller {}, {} worlds of {} robots"
 
 
 @cache

@@ -17,10 +17,7 @@ from swarm_forage_env.errors import ConfigError, shown
 
 
 class NoiseSource(IntEnum):
-    """The source of noise that a stream is for.
-
-    The number enters the stream's seed: never change one, only add.
-    """
+    """The source of noise that a stream is for; the number enters its seed: only add to them."""
 
     PLACE = 0
     ENCODER = 1

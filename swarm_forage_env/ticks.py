@@ -113,10 +113,7 @@ def restart_world(  # noqa: PLR0913 what worlds start from, which one, and how m
     w: int,
     n: int,
 ) -> None:
-    """Put the robots of a world at their starting places, and let their layers forget.
-
-    `starts` and `noise` are as for `begin_worlds`.
-    """
+    """Put the robots of a world at their starting places, as `begin_worlds` those of all."""
     minds, memories = layer_arrays[0], layer_arrays[1]
     first_robot, first_mind, first_memory, seeds, places, poses = starts
     place_world(world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n)

@@ -102,15 +102,14 @@ class ArrayEnv:
     ) -> None:
         """Make the worlds under the keywords of `parallel_env`; `reset` starts their episodes.
 
-        With `stagger` the first episodes end one after the other, evenly spread over an
-        episode's time, so that a batch shows all phases of an episode at once. ConfigError for
-        what does not run on the device.
+        ConfigError for what does not run on the device.
 
         Args:
             scenario: A name, a TOML file or a `Scenario`.
             n_worlds: Worlds in the block.
             controller: Controller of the layers that are not learned, as in `parallel_env`.
-            stagger: The first episodes end at different times.
+            stagger: The first episodes end one after the other, evenly spread over an episode's
+                time, so that a batch shows all phases of an episode at once.
             device: `cpu` or `cuda`.
             **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
@@ -251,8 +250,7 @@ class ArrayEnv:
 
     def room(self) -> tuple[PlacedArray, ...]:
         """Arrays for what a launch gives, each for its end and for how worlds go on, but the last:
-        rewards, observations without and with frames, and where an episode is over.
-        """
+        rewards, observations without and with frames, and where an episode is over."""
         assert self._at_once is not None
         return self._at_once.room()
 

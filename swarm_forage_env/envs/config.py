@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError, field_validator
 
 from swarm_forage_env import parameters
+from swarm_forage_env.controllers import robot_number
 from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.parameters import Count, NotNegative, Parameters, Positive, Share
 
@@ -148,7 +149,7 @@ def n_steps(scenario: parameters.BaseScenario, config: EnvConfig) -> int:
 
 
 def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
-    """The numbers of the robots that learn, in order; ConfigError for what names none.
+    """The numbers of the robots that learn, in order; an error for what names none.
 
     >>> chosen_robots(2, ["epuck_0", "epuck_1", "epuck_2"])
     [0, 1]
@@ -164,14 +165,4 @@ def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
     named = [learners] if isinstance(learners, str) else learners
     if not isinstance(named, Sequence) or not named:
         raise ConfigError(f"learners={learners!r}: must be a number of robots, or a list of them")
-    return sorted({_number_of(robot, agents) for robot in named})
-
-
-def _number_of(robot: object, agents: Sequence[str]) -> int:
-    if type(robot) is not bool and isinstance(robot, Integral) and 0 <= int(robot) < len(agents):
-        return int(robot)
-    if isinstance(robot, str) and robot in agents:
-        return agents.index(robot)
-    raise ConfigError(
-        f"learners: no robot {robot!r}; must be from {agents[0]} to {agents[-1]}, or its number"
-    )
+    return sorted({robot_number(robot, agents) for robot in named})

@@ -189,13 +189,13 @@ class Episodes:
     ) -> None:
         usual = self._randomisation
         drawn = usual if base is self._scenario else Randomisation(base, usual.ranges)
-        episodes = [drawn.draw(seed) for seed in seeds.tolist()] if usual.ranges else []
-        scenarios = [scenario for scenario, _ in episodes] or [base] * len(chosen)
+        episodes = [drawn.draw(seed) for seed in seeds.tolist()]
+        scenarios = [scenario for scenario, _ in episodes]
         before = [self._loop.world.scenarios[world] for world in chosen]
         self._loop.reset(
             seeds.tolist(), chosen.tolist(), None if scenarios == before else scenarios
         )
-        for world, (_, numbers) in zip(chosen, episodes, strict=bool(episodes)):
+        for world, (_, numbers) in zip(chosen, episodes, strict=True):
             for name, number in numbers.items():
                 self.drawn[name][world] = number
 

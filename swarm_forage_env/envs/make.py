@@ -17,7 +17,7 @@ from swarm_forage_env.envs.rewards import REWARDS
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import Controller, has_talk, is_everything
 from swarm_forage_env.mixed import MixedController, members_of
-from swarm_forage_env.parameters import BaseScenario, leaves, resolve, validated
+from swarm_forage_env.parameters import BaseScenario, leaves, override, resolve, validated
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import ScenarioSource, find_scenario
 from swarm_forage_env.task import Task, task_of
@@ -125,13 +125,12 @@ def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> Ba
             f"render_mode={shown(overrides['render_mode'])}: this API draws nothing under it; take"
             " parallel_env, gymnasium.make or SwarmVecEnv, or call render() of SwarmTorchEnv"
         )
-    chosen = find_scenario(scenario)
+    chosen: BaseScenario = find_scenario(scenario)
     keywords = (*EnvConfig.model_fields, "controller", "render_mode")
     known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}
     for name in overrides:
         resolve(name, known, "keyword or scenario parameter")
-    changed: BaseScenario = find_scenario(chosen, overrides)
-    return changed
+    return override(chosen, overrides, "scenario parameter")
 
 
 def _refuse(controller: Controller, why: str) -> NoReturn:

@@ -111,10 +111,9 @@ ARRAYS_KEPT = (
 def pilot_and_layers(
     controller: Controller, scenario: BaseScenario
 ) -> tuple[Pilot | None, Controller]:
-    """The policy of a controller, compiled, and the controller of the layers beside it.
+    """The policy of a controller, compiled, or None, and the controller of the layers beside it.
 
-    None and the controller itself, where it has no policy of another trainer. ConfigError for a
-    policy that Python must call.
+    ConfigError for a policy that Python must call.
     """
     if not isinstance(controller, PolicyOverLayers):
         return None, controller
@@ -122,10 +121,7 @@ def pilot_and_layers(
 
 
 def act_as_learner(robots: Array, ticks: int, piloting: Arrays) -> None:
-    """Let the policy act for robots of one world where a decision is due.
-
-    One robot may be left alone, which a visitor drives.
-    """
+    """Let the policy act where a decision is due, but for a robot that a visitor drives."""
     fields, out_fields, learners, scaling, beside, rows, form, network, marks, modes = piloting
     numbers, sizes, states, between, actions, low, high = network
     period, motion, has_reflexes, is_walking, weighting, left_alone = marks
