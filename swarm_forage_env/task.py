@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env import ticks
-from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -127,10 +127,7 @@ class World(ABC):
 
     def seed_of(self, seeds: Sequence[int], worlds: Sequence[int] | None) -> dict[int, int]:
         """The seed of each of these worlds, or of all; ConfigError for what does not fit."""
-        which = list(range(self.n_worlds)) if worlds is None else [int(w) for w in worlds]
-        if len(set(which)) < len(which) or not set(which) <= set(range(self.n_worlds)):
-            last = self.n_worlds - 1
-            raise ConfigError(f"worlds={which}: must be different numbers from 0 to {last}")
+        which = chosen_worlds(worlds, self.n_worlds).tolist()
         if len(seeds) != len(which):
             raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
         return dict(zip(which, map(checked_seed, seeds), strict=True))
@@ -205,6 +202,22 @@ def _n_robots(scenarios: Sequence[BaseScenario]) -> int:
     if len(numbers) > 1:
         raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
     return int(numbers[0])
+
+
+def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
+    """The numbers of the chosen worlds in their order, or all; ConfigError for what names none."""
+    if worlds is None:
+        return np.arange(n_worlds)
+    chosen = np.asarray(worlds)
+    if chosen.dtype == np.bool_ and chosen.shape == (n_worlds,):
+        return np.flatnonzero(chosen)
+    is_number = chosen.dtype.kind in "iu" and chosen.shape == np.unique(chosen).shape
+    if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
+        return chosen.astype(np.int64)
+    raise ConfigError(
+        f"worlds={worlds!r}: must be a mask of {n_worlds}, or different numbers from 0 to"
+        f" {n_worlds - 1}"
+    )
 
 
 def consecutive(

@@ -19,6 +19,7 @@ from swarm_forage_env.random_streams import (
     start_seed_streams,
 )
 from swarm_forage_env.randomise import Randomisation
+from swarm_forage_env.task import chosen_worlds
 
 Seeds = int | Sequence[int | None] | None
 """One seed, for worlds seed, seed + 1 and so on; or one for each world."""
@@ -116,7 +117,7 @@ class Episodes:
         self, seed: Seeds, worlds: object, options: Mapping[str, object], n_steps: int
     ) -> Int64[Array, " chosen"]:
         """Reset worlds for `n_steps` decisions; their indices. ConfigError before any change."""
-        chosen = numbers_of(worlds, len(self.ends))
+        chosen = chosen_worlds(worlds, len(self.ends))
         seeds = checked_seeds(seed, len(chosen))
         base = self.scenario_under(options)
         self._restart(self._drawn_where_none(seeds, chosen), chosen, base)
@@ -245,19 +246,3 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
     if len(seed) != n:
         raise ConfigError(f"seed={seed!r}: must be {n}, one for each world")
     return [None if own is None else checked_seed(own) for own in seed]
-
-
-def numbers_of(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
-    """The numbers of the chosen worlds in their order, or all; ConfigError for what names none."""
-    if worlds is None:
-        return np.arange(n_worlds)
-    chosen = np.asarray(worlds)
-    if chosen.dtype == np.bool_ and chosen.shape == (n_worlds,):
-        return np.flatnonzero(chosen)
-    is_number = chosen.dtype.kind in "iu" and chosen.shape == np.unique(chosen).shape
-    if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
-        return chosen.astype(np.int64)
-    raise ConfigError(
-        f"worlds={worlds!r}: must be a mask of {n_worlds}, or different numbers from 0 to"
-        f" {n_worlds - 1}"
-    )

@@ -61,7 +61,7 @@ def test_room_for_neighbours_and_cells_grows_with_what_a_world_needs(same, befor
 BAD = {
     "three worlds, one seed": ({"seeds": [1]}, r"seeds=\[1\]: must be 3"),
     "two worlds, one seed": ({"seeds": [1], "worlds": [0, 1]}, r"seeds=\[1\]: must be 2"),
-    "a world twice": ({"seeds": [1, 2], "worlds": [0, 0]}, r"worlds=\[0, 0\]: must be different"),
+    "a world twice": ({"seeds": [1, 2], "worlds": [0, 0]}, r"worlds=\[0, 0\]: must be a mask"),
     "a world too many": ({"seeds": [1], "worlds": [3]}, r"worlds=\[3\]: .* from 0 to 2"),
     "no seed": ({"seeds": [1, -1], "worlds": [0, 1]}, "seed=-1"),
     "one scenario of two": (
