@@ -244,11 +244,6 @@ def is_privileged(controller: object) -> bool:
     return bool(getattr(controller, "is_privileged", False))
 
 
-def is_everything(controller: object) -> bool:
-    """Whether a controller is a policy that leaves no layer to others."""
-    return bool(getattr(controller, "is_everything", False))
-
-
 def files_read_by(part: object) -> Sequence[Path]:
     """The files that a part of a controller or world reads, as that of a policy."""
     files: Sequence[Path] = getattr(part, "reads", ())

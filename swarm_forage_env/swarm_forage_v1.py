@@ -3,7 +3,6 @@
 from typing import Any
 
 from pettingzoo import AECEnv
-from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
 
 from swarm_forage_env.envs import pettingzoo_env
 from swarm_forage_env.envs.registration import keywords_of
@@ -12,20 +11,23 @@ from swarm_forage_env.scenarios import ScenarioSource, find_scenario
 __all__ = ["env", "parallel_env", "raw_env"]
 
 
+def _options(scenario: ScenarioSource, options: dict[str, Any]) -> dict[str, Any]:
+    return {**keywords_of(1, find_scenario(scenario).name), **options}
+
+
 def parallel_env(
     scenario: ScenarioSource = "es1",
     **options: Any,  # noqa: ANN401 as its class
 ) -> pettingzoo_env.parallel_env:
     """As the newest `parallel_env`, under the defaults of version 1."""
-    defaults = keywords_of(1, find_scenario(scenario).name)
-    return pettingzoo_env.parallel_env(scenario, **{**defaults, **options})
+    return pettingzoo_env.parallel_env(scenario, **_options(scenario, options))
 
 
 def raw_env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
     """As the newest `raw_env`, under the defaults of version 1."""
-    return parallel_to_aec(parallel_env(scenario, **options))
+    return pettingzoo_env.raw_env(scenario, **_options(scenario, options))
 
 
 def env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
     """As the newest `env`, under the defaults of version 1."""
-    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(scenario, **options)))
+    return pettingzoo_env.env(scenario, **_options(scenario, options))

@@ -15,7 +15,7 @@ from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords, chosen_robot
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import REWARDS
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
-from swarm_forage_env.interface import Controller, has_talk, is_everything
+from swarm_forage_env.interface import Controller, has_talk
 from swarm_forage_env.mixed import MixedController, members_of
 from swarm_forage_env.parameters import BaseScenario, leaves, override, resolve, validated
 from swarm_forage_env.registry import CONTROLLERS
@@ -110,7 +110,7 @@ def _check_leaves_a_layer(
 ) -> None:
     members = members_of(controller, len(form.agents))
     for robot in learners:
-        if is_everything(members[robot]):
+        if getattr(members[robot], "is_everything", False):
             _refuse(
                 members[robot],
                 f"is everything, so that it leaves no layer of robot {robot} to learn; give it to"
