@@ -196,7 +196,7 @@ class ArrayEnv:
         modes = np.full(self.n_worlds, STANDS, np.int8)
         modes[fresh] = BEGINS
         memory = self.memory
-        seen = self._decisions.observe(self.episodes.share_left, memory.to_device(modes))
+        seen = self._decisions.observe(memory.to_device(modes))
         return seen, self._infos(memory.to_device(np.zeros((self.n_worlds, len(self.learners)))))
 
     def step(self, actions: object) -> Step:
@@ -297,7 +297,7 @@ class ArrayEnv:
         self.check()
         self._run()
         unshaped, rewards = self._decisions.rewards()
-        seen = self._decisions.observe(self.episodes.share_left)
+        seen = self._decisions.observe()
         truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._never)
         return seen, rewards, never, truncated, self._infos(unshaped)
 
@@ -395,7 +395,7 @@ class ArrayEnv:
         self._at_once = None
         if isinstance(worlds, DeviceLoop) and config.step_on != "exchange":
             self._at_once = WholeDecision(worlds, form, learners, self.episodes)
-        self._decisions = self._at_once or Decisions(worlds, form, learners)
+        self._decisions = self._at_once or Decisions(worlds, form, learners, self.episodes)
         self._exchanges: Exchanges | None = None
         self._own_reward: OwnReward | None = None
         self._ticks = 0

@@ -151,11 +151,18 @@ class Decisions:
     """The decisions of the learners of a block of worlds, where these run."""
 
     def __init__(
-        self, worlds: Worlds, form: PolicyForm, learners: Int64[Array, " learners"]
+        self,
+        worlds: Worlds,
+        form: PolicyForm,
+        learners: Int64[Array, " learners"],
+        episodes: Episodes,
     ) -> None:
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
+        self._episodes, self._no_time = episodes, np.zeros(len(episodes.steps))
+        at = worlds.arrays
+        self._state = at["robots"], at["worlds"], worlds.trouble
         terms: Terms = config.discount, config.shaping, config.reward == "team"
-        earned = worlds.arrays["earned"]
+        earned = at["earned"]
         shape: tuple[int, int] = earned.shape
         self._rows = shape[0], len(learners)
         raw = np.zeros((*self._rows, len(form.policy.action)), np.float32)
@@ -215,15 +222,9 @@ class Decisions:
     def _acting(self, actions: PlacedArray) -> tuple[Any, ...]:
         return self._fields, self._learners, actions, self._conversion, self.raw, self._limits
 
-    @property
-    def _state(self) -> tuple[PlacedArray, ...]:
-        at = self._worlds.arrays
-        return at["robots"], at["worlds"], self._worlds.trouble
-
-    def observe(
-        self, time_left: Float64[Array, " worlds"], modes: PlacedArray | None = None
-    ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
+    def observe(self, modes: PlacedArray | None = None) -> Any:  # noqa: ANN401 as it is placed
         """What every learner observes after its action, or where worlds begin as `modes` say."""
+        time_left = self._episodes.share_left if self._form.additions else self._no_time
         return self.observing(self.raw, self._run if modes is None else modes, time_left)
 
     def snapshot(self) -> Snapshot:

@@ -131,8 +131,7 @@ class WholeDecision(Decisions):
         learners: Int64[Array, " learners"],
         episodes: Episodes,
     ) -> None:
-        super().__init__(worlds, form, learners)
-        self._episodes = episodes
+        super().__init__(worlds, form, learners, episodes)
         clock = episodes.steps, episodes.ends, episodes.streams
         self._clock = tuple(map(worlds.memory.to_device, clock))
         self._decide = worlds.kernel(decide_at_once, {**worlds.functions, **self._functions})
