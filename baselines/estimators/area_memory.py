@@ -5,9 +5,10 @@ Gutierrez et al. 2009 (TR), Sections 3 and 5.1.
 
 import math
 
-from baselines.estimators.belief import NOBODY, NOWHERE, Belief
+from baselines.estimators.belief import NOBODY, NOWHERE, Belief, SocialMind
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.equations.differential_drive import advance, path_length
 from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import to_outer
@@ -128,3 +129,12 @@ def choose_goal(belief: Belief) -> None:
         belief.goal = nearer_known(belief)
     if belief.goal != before:
         belief.search_path_left = -1.0
+
+
+@kernel
+def update_belief(mind: SocialMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+    """Move the estimates by odometry, find areas, get lost, and choose where to go."""
+    dead_reckon(mind.belief, readings.odometry, numbers.axle)
+    find_areas(mind.belief, readings.ground, numbers.to_centre)
+    notice_loss(mind.belief, readings.odometry, numbers)
+    choose_goal(mind.belief)

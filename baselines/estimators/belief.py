@@ -25,15 +25,6 @@ class Message(Record):
     """The sender's inverse confidence."""
 
 
-class KeptMessage(Message):
-    """A message that a robot tells again. Writer: `repeat`."""
-
-    pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
-    """The believed pose in which it was told first."""
-    is_kept: bool = field(np.bool_)
-    """There is one."""
-
-
 class Belief(Record):
     """What a robot believes, in its own frame: it starts at the origin, looking along x."""
 
@@ -62,6 +53,8 @@ class Belief(Record):
     """The robot found itself lost in this tick."""
     partner: int = field(np.int32, start=NOBODY)
     """The robot in an exchange with, NOBODY when alone."""
+    last_partner: int = field(np.int32, start=NOBODY)
+    """The robot that the present exchange is with, or the last one was."""
     exchange_ticks_left: int = field(np.int32, unit="ticks")
     """Ticks until the exchange ends."""
     heard_sum: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
@@ -89,7 +82,11 @@ class SocialMind(Record):
     """Somebody listens to its message, which is to be composed. Writer: observe."""
     is_composed: bool = field(np.bool_)
     """The message is that of this tick: it is composed only when somebody listens."""
-    kept: KeptMessage = field(KeptMessage)
-    """Of a stale robot: the message that it repeats."""
+    kept: Message = field(Message)
+    """Of a stale robot: the message that it repeats. Writer: `repeat`."""
+    kept_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    """The believed pose in which it was told first."""
+    is_kept: bool = field(np.bool_)
+    """There is one."""
     exchange: Exchange = field(Exchange)
     situation: Situation = field(Situation)

@@ -23,7 +23,7 @@ from typing import ClassVar
 import numpy as np
 
 from baselines.estimators.base import ESTIMATORS
-from baselines.estimators.belief import NOBODY, KeptMessage, Message
+from baselines.estimators.belief import NOBODY, Message
 from baselines.estimators.falsified_messages import falsify, repeat
 from baselines.estimators.message_exchange import compose as compose_places
 from baselines.estimators.message_exchange import heard_place, is_merged, slot_of, update_exchange
@@ -67,21 +67,12 @@ class EllipseMessage(Message):
     """Of the long axis in the body frame of the sender."""
 
 
-class KeptEllipseMessage(KeptMessage):
-    """A message that a robot repeats, with its error ellipses. Writer: `repeat_ellipse`."""
-
-    short_axis: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
-    long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
-
-
 class EllipseBelief(CovarianceBelief):
     """What a robot believes, and the error ellipses that it hears."""
 
     heard_cov: Float64[Array, "areas 3"] = field(np.float64, 2, 3, unit="m^2")
     """Sum over the exchange of the heard covariances (xx, xy, yy), own frame, weighted by
     frames."""
-    last_partner: int = field(np.int32, start=NOBODY)
-    """The robot that the present exchange is with, or the last one was."""
 
 
 class EllipseMind(CovarianceMind):
@@ -89,7 +80,7 @@ class EllipseMind(CovarianceMind):
 
     belief: EllipseBelief = field(EllipseBelief)
     message: EllipseMessage = field(EllipseMessage)
-    kept: KeptEllipseMessage = field(KeptEllipseMessage)
+    kept: EllipseMessage = field(EllipseMessage)
 
 
 @kernel
@@ -127,9 +118,7 @@ def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     belief = minds[i].belief
     was_alone = belief.partner == NOBODY
     has_ended = update_exchange(minds, i, heard, numbers)
-    if belief.partner != NOBODY:
-        belief.last_partner = belief.partner
-    elif was_alone:
+    if was_alone and belief.partner == NOBODY:
         return False
     if was_alone:
         for area in range(2):
@@ -265,16 +254,11 @@ def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
 @kernel
 def repeat_ellipse(mind: EllipseMind) -> None:
     """Replace the message by the kept one, ellipses included, or keep it if it is the first."""
-    message, kept = mind.message, mind.kept
     if repeat(mind):
-        turned = kept.pose[2] - mind.belief.pose[2]
+        turned = mind.kept_pose[2] - mind.belief.pose[2]
         for area in range(2):
-            message.short_axis[area] = kept.short_axis[area]
-            message.long_direction[area] = wrap(kept.long_direction[area] + turned)
-    else:
-        for area in range(2):
-            kept.short_axis[area] = message.short_axis[area]
-            kept.long_direction[area] = message.long_direction[area]
+            direction = mind.kept.long_direction[area] + turned
+            mind.message.long_direction[area] = wrap(direction)
 
 
 @ESTIMATORS.register("covariance")

@@ -16,13 +16,10 @@ from baselines.estimators.pose_prediction import (
     PoseMind,
     propagate,
     step_slopes,
-    tell,
     update_belief_alone,
 )
 from baselines.estimators.small_matrices import (
     Matrix3,
-    copy3,
-    copy_pose,
     determinant3,
     identity3,
     inverse3,
@@ -52,8 +49,6 @@ class Told(Record):
 class IntersectionMind(PoseMind):
     """All that covariance intersection keeps of a robot."""
 
-    said: PoseBelief = field(PoseBelief)
-    """The estimate as told to the neighbours, before any fusion."""
     told: Told = field(Told)
     """An entry in the list of estimates that are fused for one robot after another; the list is as
     long as the swarm."""
@@ -140,8 +135,8 @@ def hear_pose(minds: Array, i: int, j: int, sightings: Array, numbers: Numbers, 
     """
     far, back = float(sightings[j, i].range), float(sightings[j, i].bearing)
     bearing = float(sightings[i, j].bearing)
+    told.P = minds[j].said.P
     own, other, P = minds[i].said.pose, minds[j].said.pose, told.P
-    copy3(minds[j].said.P, P)
     if numbers.authors > 0.0:
         direction = back + 2.0 * minds[j].compass - other[2]
         ahead = bearing + 2.0 * minds[i].compass - own[2]
@@ -186,7 +181,7 @@ def gather_told(minds: Array, i: int, sightings: Array, numbers: Numbers) -> int
     """List the own estimate of robot i, and those by robots in mutual sight; their number."""
     told, said, n = minds[0].told, minds[i].said, 1
     inverse3(said.P, told.inverse)
-    copy_pose(said.pose, told.pose)
+    told.pose = said.pose
     for j in range(minds.shape[0]):
         if sightings[i, j].seen and sightings[j, i].seen:
             told = minds[n].told
@@ -208,7 +203,7 @@ def intersect(minds: Array, shared: Array, sightings: Array, numbers: Numbers) -
     """
     least = 2 if numbers.authors > 0.0 else 1
     for i in range(minds.shape[0]):
-        tell(minds[i].belief, minds[i].said)
+        minds[i].said = minds[i].belief
     for i in range(minds.shape[0]):
         n = gather_told(minds, i, sightings, numbers)
         if n <= least:

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 
-from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
 from baselines.estimators.covariance import (
     EllipseBelief,
     EllipseMind,
@@ -27,10 +26,10 @@ from baselines.estimators.path_covariance import (
     YY,
     Matrix,
     Moments,
-    grow_covariances,
     spectral_norm,
     worst_deviation,
 )
+from baselines.estimators.path_covariance import update_belief as update_covariances
 from swarm_forage_env.arrays import Array, Float64, Int8
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Readings
@@ -73,12 +72,8 @@ def forget_cross_covariances(belief: CrossBelief, shared: Shared) -> None:
 @kernel
 def update_belief(mind: CrossMind, shared: Shared, readings: Readings, numbers: Numbers) -> None:
     """Covariance knowledge's tick; the error of an area just found is shared with no robot."""
-    dead_reckon(mind.belief, readings.odometry, numbers.axle)
-    find_areas(mind.belief, readings.ground, numbers.to_centre)
-    grow_covariances(mind.belief, readings.odometry, numbers)
+    update_covariances(mind, shared, readings, numbers)
     forget_cross_covariances(mind.belief, shared)
-    notice_loss(mind.belief, readings.odometry, numbers)
-    choose_goal(mind.belief)
 
 
 @kernel

@@ -32,12 +32,10 @@ from baselines.estimators.pose_prediction import (
     predict,
     reckon,
     step_slopes,
-    tell,
     update_belief_alone,
     visit_home,
 )
 from baselines.estimators.small_matrices import (
-    copy3,
     identity3,
     product3_transposed,
     spectral_norm3,
@@ -49,7 +47,7 @@ from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
-from swarm_forage_env.record import Numbers, field
+from swarm_forage_env.record import Numbers
 from swarm_forage_env.waypoints.records import SPEED, Readings, Sighting
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
@@ -58,13 +56,6 @@ MAX_JUMP, MAX_GROWTH = 0.5, 1.0
 
 NEAREST = 1e-3  # least distance at which a bearing tells two robots apart [m] (chosen)
 FACTOR, SAID = 0, 1  # memory of a pair: the factor, and the factor as said
-
-
-class AuthorsMind(FilterMind):
-    """All that the authors' filter keeps of a robot, except its factors."""
-
-    said: PoseBelief = field(PoseBelief)
-    """The estimate as told to the neighbours, before any correction."""
 
 
 @kernel
@@ -82,7 +73,7 @@ def authors_bearing(measured: float, expected: float, dy: float) -> float:
 
 
 @kernel
-def slipped_direction(mind: AuthorsMind, bearing: float) -> float:
+def slipped_direction(mind: FilterMind, bearing: float) -> float:
     """The global direction of a sighting, off by the heading's error with the wrong sign [rad].
 
     Source: BOIDS, authors' code.
@@ -125,7 +116,7 @@ def correct_one(
 
 
 @kernel
-def is_refused(mind: AuthorsMind, along: float, across: float) -> bool:
+def is_refused(mind: FilterMind, along: float, across: float) -> bool:
     """The correction would move the robot, or increase its covariance, by too much.
 
     Source: BOIDS, authors' code.
@@ -147,9 +138,11 @@ def correct_each_alone(
     Source: BOIDS, authors' code.
     """
     for i in range(minds.shape[0]):
-        tell(minds[i].belief, minds[i].said)
+        minds[i].said = minds[i].belief
         for j in range(minds.shape[0]):
-            copy3(shared[i, j, FACTOR], shared[i, j, SAID])
+            for a in range(3):
+                for b in range(3):
+                    shared[i, j, SAID, a, b] = shared[i, j, FACTOR, a, b]
     for i in range(minds.shape[0]):
         for j in range(minds.shape[0]):
             if sightings[i, j].seen:
@@ -266,7 +259,7 @@ class DecentralisedEKF(Localisation):
         if self.setting != "authors":
             return replace(layer, shared=(3, 3))
         kernels = waypoints_kernels(update_belief_alone, correct_each_alone)
-        return replace(layer, mind=AuthorsMind, kernels=kernels, shared=(2, 3, 3))
+        return replace(layer, kernels=kernels, shared=(2, 3, 3))
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry whose estimates are corrected with their cross-covariances."""

@@ -9,8 +9,7 @@ Not in the papers, and chosen here:
 - the error ellipse that goes with a lie is a circle of the p told.
 """
 
-from baselines.estimators.belief import Message, SocialMind
-from baselines.estimators.small_matrices import copy_pose
+from baselines.estimators.belief import SocialMind
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_record import Lie
 from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
@@ -46,19 +45,10 @@ def falsify(mind: SocialMind, lie: Lie) -> None:
 
 
 @kernel
-def copy_message(source: Message, out: Message) -> None:
-    """Copy what a message tells of both areas."""
-    for area in range(2):
-        out.told[area] = source.told[area]
-        out.distance[area], out.direction[area] = source.distance[area], source.direction[area]
-        out.p[area] = source.p[area]
-
-
-@kernel
 def retell(mind: SocialMind) -> None:
     """Tell the kept places again, as seen from the present believed pose."""
-    message, then, now = mind.message, mind.kept.pose, mind.belief.pose
-    copy_message(mind.kept, message)
+    message, then, now = mind.message, mind.kept_pose, mind.belief.pose
+    mind.message = mind.kept
     for area in range(2):
         if message.told[area]:
             distance, direction = float(message.distance[area]), message.direction[area] + then[2]
@@ -72,11 +62,9 @@ def retell(mind: SocialMind) -> None:
 @kernel
 def repeat(mind: SocialMind) -> bool:
     """Replace the message by the kept one, or keep it if it is the first; whether one was kept."""
-    if mind.kept.is_kept:
+    if mind.is_kept:
         retell(mind)
         return True
     if mind.message.told[0] or mind.message.told[1]:
-        copy_message(mind.message, mind.kept)
-        copy_pose(mind.belief.pose, mind.kept.pose)
-        mind.kept.is_kept = True
+        mind.kept, mind.kept_pose, mind.is_kept = mind.message, mind.belief.pose, True
     return False

@@ -145,6 +145,7 @@ def has_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
         belief.partner = find_partner(minds, i, heard, numbers)
         if belief.partner == NOBODY:
             return False
+        belief.last_partner = belief.partner
         belief.exchange_ticks_left = int(numbers.talk_ticks)
         belief.range_sum, belief.n_averaged = 0.0, 0.0
         for area in range(2):

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
+from baselines.estimators.area_memory import update_belief as update_social_belief
 from baselines.estimators.belief import Belief, SocialMind
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
@@ -150,11 +150,8 @@ def update_belief(
     mind: CovarianceMind, shared: Array, readings: Readings, numbers: Numbers
 ) -> None:
     """Social odometry's tick, with growing covariances."""
-    dead_reckon(mind.belief, readings.odometry, numbers.axle)
-    find_areas(mind.belief, readings.ground, numbers.to_centre)
+    update_social_belief(mind, shared, readings, numbers)
     grow_covariances(mind.belief, readings.odometry, numbers)
-    notice_loss(mind.belief, readings.odometry, numbers)
-    choose_goal(mind.belief)
 
 
 @kernel

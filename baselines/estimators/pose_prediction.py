@@ -7,8 +7,6 @@ import numpy as np
 
 from baselines.estimators.small_matrices import (
     Matrix3,
-    copy3,
-    copy_pose,
     identity3,
     inverse3,
     product3,
@@ -69,6 +67,8 @@ class PoseMind(Record):
     """The estimate."""
     reckoned: PoseBelief = field(PoseBelief)
     """The estimate without any neighbour: dead reckoning between visits at home."""
+    said: PoseBelief = field(PoseBelief)
+    """The estimate as told to the neighbours, before any correction by them."""
     compass: float = field(np.float32, unit="rad")
     """Heading without error in this tick. Writer: `update_belief`."""
     covariance_norm: float = field(np.float64)
@@ -168,13 +168,6 @@ def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -
 
 
 @kernel
-def tell(belief: PoseBelief, out_said: PoseBelief) -> None:
-    """Write the estimate, with its covariance, for the neighbours."""
-    copy3(belief.P, out_said.P)
-    copy_pose(belief.pose, out_said.pose)
-
-
-@kernel
 def correct_privately(
     belief: PoseBelief, home_fix: Float32[Array, "3"], variance: float, work: HomeUpdate
 ) -> None:
@@ -190,7 +183,7 @@ def correct_privately(
     """
     pose, P = belief.pose, belief.P
     K, half, rest = work.gain, work.half, work.rest
-    copy3(P, work.innovation)
+    work.innovation = P
     for a in range(3):
         work.innovation[a, a] += variance
     inverse3(work.innovation, half)
@@ -222,7 +215,8 @@ def visit_home(belief: PoseBelief, readings: Readings, work: HomeUpdate, numbers
         return
     if numbers.authors > 0.0:
         identity3(START_VARIANCE, belief.P)
-        copy_pose(readings.home_fix, belief.pose)
+        for a in range(3):
+            belief.pose[a] = readings.home_fix[a]
     else:
         correct_privately(belief, readings.home_fix, numbers.home_variance, work)
 

@@ -25,17 +25,21 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
+from baselines.estimators.area_memory import update_belief as update_social_belief
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, NOWHERE
-from baselines.estimators.message_exchange import heard_place, is_merged, merge_area
+from baselines.estimators.message_exchange import (
+    heard_place,
+    is_merged,
+    merge_area,
+    update_exchange,
+)
 from baselines.estimators.sceptical_odometry import (
     ScepticalBelief,
     ScepticalMind,
     ScepticalOdometryParameters,
     is_confirmed,
-    listen,
 )
-from baselines.estimators.social_odometry import update_belief as update_social_belief
 from swarm_forage_env.arrays import Array, Float32, Int8
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
@@ -188,7 +192,7 @@ def update_belief(
 @kernel
 def listen_and_remember(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Start, continue or end the exchange of robot i, and remember what was told in it."""
-    has_ended = listen(minds, i, heard, numbers)
+    has_ended = update_exchange(minds, i, heard, numbers)
     if has_ended:
         describe_teller(minds[i], numbers)
         for area in range(2):

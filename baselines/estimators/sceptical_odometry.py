@@ -21,16 +21,10 @@ from pydantic import Field
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, Belief, SocialMind
-from baselines.estimators.message_exchange import (
-    heard_place,
-    is_merged,
-    merge_area,
-    update_exchange,
-)
+from baselines.estimators.message_exchange import heard_place, is_merged, merge_area
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import NotNegative
@@ -44,24 +38,12 @@ class ScepticalBelief(Belief):
     """Place of each unknown area as told last, own frame."""
     pending_from: Int32[Array, " areas"] = field(np.int32, 2, start=NOBODY)
     """Who told it; NOBODY if nothing is pending."""
-    last_partner: int = field(np.int32, start=NOBODY)
-    """The robot that the present exchange is with, or the last one was."""
 
 
 class ScepticalMind(SocialMind):
     """All that sceptical odometry keeps of a robot."""
 
     belief: ScepticalBelief = field(ScepticalBelief)
-
-
-@kernel
-def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, continue or end the exchange of robot i, and remember with whom; whether it ended."""
-    belief = minds[i].belief
-    has_ended = update_exchange(minds, i, heard, numbers)
-    if belief.partner != NOBODY:
-        belief.last_partner = belief.partner
-    return has_ended
 
 
 @kernel
@@ -95,7 +77,7 @@ class ScepticalOdometryParameters(SocialOdometryParameters):
     """Social odometry that takes over an unknown area only if a second witness confirms it."""
 
     mind = ScepticalMind
-    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "update_exchange": listen, "merge": merge}
+    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "merge": merge}
 
     agreement: NotNegative = Field(
         0.3,

@@ -8,7 +8,6 @@ import math
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import acos, cos
-from swarm_forage_env.equations.geometry import Pose
 
 Matrix3 = Float64[Array, "3 3"]
 
@@ -24,26 +23,11 @@ def identity3(scale: float, out: Matrix3) -> None:
 
 
 @kernel
-def copy3(A: Matrix3, out: Matrix3) -> None:
-    """A, written out: numba compiles an assignment of slices far more slowly."""
-    for a in range(3):
-        for b in range(3):
-            out[a, b] = A[a, b]
-
-
-@kernel
 def transpose3(A: Matrix3, out: Matrix3) -> None:
     """A'."""
     for a in range(3):
         for b in range(3):
             out[a, b] = A[b, a]
-
-
-@kernel
-def copy_pose(pose: Pose, out: Pose) -> None:
-    """A pose, written out as `copy3`."""
-    for a in range(3):
-        out[a] = pose[a]
 
 
 @kernel

@@ -25,13 +25,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from baselines.estimators.area_memory import (
-    choose_goal,
-    dead_reckon,
-    find_areas,
-    notice_loss,
-    way_to,
-)
+from baselines.estimators.area_memory import update_belief, way_to
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, SocialMind
 from baselines.estimators.falsified_messages import falsify, repeat
@@ -45,9 +39,7 @@ from baselines.estimators.message_exchange import (
 )
 from baselines.weighting.covariance import Covariance
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.foraging.control import observe_world
@@ -56,7 +48,7 @@ from swarm_forage_env.foraging.records import Exchange, Report, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.parameters import NotNegative, Parameters, Positive
-from swarm_forage_env.record import Numbers, Record
+from swarm_forage_env.record import Record
 
 
 @kernel
@@ -133,15 +125,6 @@ def describe(mind: SocialMind, report: Report) -> None:
     describe_situation(belief, mind.situation)
     report.is_lost = belief.is_lost
     report.known[0], report.known[1] = belief.known[0], belief.known[1]
-
-
-@kernel
-def update_belief(mind: SocialMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
-    """Move the estimates by odometry, find areas, get lost, and choose where to go."""
-    dead_reckon(mind.belief, readings.odometry, numbers.axle)
-    find_areas(mind.belief, readings.ground, numbers.to_centre)
-    notice_loss(mind.belief, readings.odometry, numbers)
-    choose_goal(mind.belief)
 
 
 N_STEPS = {"float32": 0.0, "int16": 2.0**16, "int8": 2.0**8}

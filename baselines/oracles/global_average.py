@@ -22,14 +22,10 @@ from dataclasses import replace
 import numpy as np
 from pydantic import Field
 
+from baselines.estimators.area_memory import update_belief
 from baselines.estimators.belief import Belief, SocialMind
 from baselines.estimators.message_exchange import heard_location, heard_place, write_estimate
-from baselines.estimators.social_odometry import (
-    KERNELS,
-    SocialOdometryParameters,
-    describe,
-    update_belief,
-)
+from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters, describe
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import RADIO

@@ -26,7 +26,6 @@ from baselines.estimators.message_exchange import (
     has_partner,
     slot_of,
 )
-from baselines.estimators.small_matrices import copy_pose
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
@@ -73,7 +72,7 @@ def follow(belief: ExactBelief, axle: float) -> None:
     if dx * c + dy * s < 0.0:
         drho = -drho
     belief.moved[0], belief.moved[1] = drho, dtheta
-    copy_pose(true_pose, pose)
+    belief.pose = true_pose
     dd = path_length(drho, dtheta, axle)
     belief.p[NEST] += dd
     belief.p[PREY] += dd
@@ -84,7 +83,7 @@ def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: N
     """Social odometry's tick, with the true motion instead of the odometry."""
     belief = mind.belief
     if not belief.is_placed:
-        copy_pose(belief.true_pose, belief.pose)
+        belief.pose = belief.true_pose
         belief.is_placed = True
     follow(belief, numbers.axle)
     find_areas(belief, readings.ground, numbers.to_centre)
@@ -118,7 +117,7 @@ def observe_truth(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
     """
     robots, minds = world_arrays[0], layer_arrays[0]
     for i in range(n_robots):
-        copy_pose(robots[w, i].pose, minds[w, i].belief.true_pose)
+        minds[w, i].belief.true_pose = robots[w, i].pose
     observe_all(world_arrays, layer_arrays, w, n_robots)
 
 

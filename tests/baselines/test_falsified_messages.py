@@ -73,7 +73,7 @@ def test_a_stale_robot_goes_on_telling_the_first_place_in_its_own_frame(kind):
     repeat = FUNCTIONS["repeat" if kind is SocialMind else "repeat_ellipse"]
     found = mind(kind, told=(0, 0), distance=2.0, direction=0.0)
     repeat(found[0])
-    assert not found["kept"]["is_kept"][0], "it has nothing to tell yet"
+    assert not found["is_kept"][0], "it has nothing to tell yet"
     found["message"]["told"] = (1, 0)
     repeat(found[0])
     assert told(found) == pytest.approx([2.0, 0.0, 3.0])
