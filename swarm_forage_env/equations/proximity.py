@@ -6,6 +6,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.obstacles import ray_to_round_end
 
 PROXIMITY_ANGLES = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0])
 """Directions of the sensors ps0 .. ps7 in the body frame [rad], counter-clockwise positive.
@@ -42,11 +43,8 @@ def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
 
     Both bodies have this radius [m]; infinite if the ray misses.
     """
-    c, s = float(RAY_COS[ray]), float(RAY_SIN[ray])
-    along, across = ahead * c + left * s, left * c - ahead * s
-    if along <= 0.0 or abs(across) >= radius:
-        return math.inf
-    return max(along - math.sqrt(radius * radius - across * across) - radius, 0.0)
+    far = ray_to_round_end(ahead, left, float(RAY_COS[ray]), float(RAY_SIN[ray]), radius)
+    return max(far - radius, 0.0)
 
 
 @kernel
