@@ -144,9 +144,8 @@ class GridKernel(Protocol):
 
 
 def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKernel:
-    """Compile a template for a GPU, whose threads are the lanes of its worlds.
+    """Compile a template for a GPU, whose threads are the lanes of its worlds, as `bind` does.
 
-    The same template and functions, in another process too, share their machine code on disk.
     ConfigError where numba-cuda is missing.
     """
     bound = _bound_grid(template, parts_of(template, {**_lanes_on_gpu(), **functions}))
@@ -160,7 +159,7 @@ def _bound_grid(template: Function, parts: Bindings) -> Any:  # noqa: ANN401 num
     if is_simulated():
         return gpu().jit(_on_records(function))
     compiled = gpu().jit(function, **GPU_OPTIONS)
-    compiled._cache = _LateCache(function, _cache_of_gpu())
+    compiled._cache = _LateCache(function, _cache_of_gpu)
     compiled.compile = compiled_for_gpu()(compiled.compile)
     return compiled
 
@@ -193,7 +192,7 @@ def _compiled(function: FunctionT) -> FunctionT:
     if config.DISABLE_JIT:
         return _on_records(function)
     compiled = lean(function, OPTIONS)
-    late = _LateCache(function, _KernelCache)
+    late = _LateCache(function, _cache_of_cpu)
     cast(Dispatcher, compiled)._cache = late  # type: ignore[attr-defined]
     return compiled
 
@@ -250,68 +249,58 @@ class _Locator:
         return self._key
 
 
-class _CacheOfKernels(caching.CompileResultCacheImpl):  # type: ignore[misc]
-    _locator_classes = [_Locator]  # noqa: RUF012 numba's attribute
-
-
-class _Checked:
-    """What a cache of numba's has here: checked files; without them code is compiled in memory."""
-
-    _cache_file: CheckedFiles
-
-    def __init__(self, function: Function) -> None:
-        usual: Any = super()
-        usual.__init__(function)
-        own: Any = self
-        stamp = own._impl.locator.get_source_stamp()
-        self._cache_file = CheckedFiles(own._cache_path, own._impl.filename_base, stamp)
-        if not is_trusted(cache_folder()):
-            own.disable()
-
-    def load_overload(self, *signature: object) -> object:
-        usual: Any = super()
-        with suppress(OSError):
-            return usual.load_overload(*signature)
-        return None
-
-    def save_overload(self, *code: object) -> None:
-        usual: Any = super()
-        try:
-            usual.save_overload(*code)
-        except OSError as error:
-            tell_once(f"{cache_folder()} cannot be written ({error.strerror})")
-
-
-class _KernelCache(_Checked, caching.FunctionCache):  # type: ignore[misc]
-    """Numba's cache of a kernel of a CPU."""
-
-    _impl_class = _CacheOfKernels
-
-
 @cache
-def _cache_of_gpu() -> type[_Checked]:
-    """Numba-cuda's cache of a kernel, whose key holds its version, CUDA's, and the kind of GPU."""
-    from numba.cuda.dispatcher import CUDACache, CUDACacheImpl
+def _checked(usual: Any, usual_files: Any) -> Any:  # noqa: ANN401 numba's
+    """A cache of numba's, but with checked files; without them code is compiled in memory."""
 
-    class CacheOfKernels(CUDACacheImpl):  # type: ignore[misc]
+    class Files(usual_files):  # type: ignore[misc]
         _locator_classes = [_Locator]  # noqa: RUF012 numba's attribute
 
-    class KernelCache(_Checked, CUDACache):  # type: ignore[misc]
-        _impl_class = CacheOfKernels
+    class Cache(usual):  # type: ignore[misc]
+        _impl_class = Files
 
-    return KernelCache
+        def __init__(self, function: Function) -> None:
+            super().__init__(function)
+            stamp = self._impl.locator.get_source_stamp()
+            self._cache_file = CheckedFiles(self._cache_path, self._impl.filename_base, stamp)
+            if not is_trusted(cache_folder()):
+                self.disable()
+
+        def load_overload(self, *signature: object) -> object:
+            with suppress(OSError):
+                return super().load_overload(*signature)
+            return None
+
+        def save_overload(self, *code: object) -> None:
+            try:
+                super().save_overload(*code)
+            except OSError as error:
+                tell_once(f"{cache_folder()} cannot be written ({error.strerror})")
+
+    return Cache
+
+
+def _cache_of_cpu(function: Function) -> Any:  # noqa: ANN401 numba's
+    return _checked(caching.FunctionCache, caching.CompileResultCacheImpl)(function)
+
+
+def _cache_of_gpu(function: Function) -> Any:  # noqa: ANN401 numba's
+    """Numba-cuda's cache, whose key holds its version, CUDA's, and the kind of GPU."""
+    from numba.cuda.dispatcher import CUDACache, CUDACacheImpl
+
+    return _checked(CUDACache, CUDACacheImpl)(function)
 
 
 class _LateCache:
     """Numba's cache of a kernel, made at the first call, when all that it calls is defined."""
 
-    def __init__(self, function: Function, kind: type[_Checked]) -> None:
-        self._function, self._kind = function, kind
-        self._made: _Checked | None = None
+    def __init__(self, function: Function, make: Callable[[Function], Any]) -> None:
+        self._function, self._make = function, make
+        self._made: Any = None
 
     def __getattr__(self, name: str) -> object:
         if self._made is None:
-            self._made = self._kind(self._function)
+            self._made = self._make(self._function)
             if not Path(self._made._cache_file._index_path).exists():
                 announce()
                 for tell in _listeners:

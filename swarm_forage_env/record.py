@@ -4,7 +4,9 @@ State is kept in structured arrays, one element a robot. A compiled function rec
 record by reference and reads and writes its fields as attributes; Python reads whole columns,
 `robots["pose"]`. With the compiler switched off the same functions run on `numpy.record`.
 
-Of a field of several numbers, booleans are int8: numba refuses nested boolean arrays.
+Of a field of several numbers, booleans are int8: numba refuses nested boolean arrays. Numba would
+take a record for a subtype of one that its columns begin with, and warn of it: what a subclass adds
+stands in front.
 """
 
 import math
@@ -82,10 +84,7 @@ class Record:
     """Base of all records: subclasses list their fields as `name: type = field(...)`."""
 
     fields: ClassVar[Mapping[str, Field]] = {}
-    """All fields by name, as they lie in memory: those of base classes last.
-
-    Numba would take a record for a subtype of one that its columns begin with, and warn of it.
-    """
+    """All fields by name, as they lie in memory: those of base classes last."""
 
     def __init_subclass__(cls) -> None:
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
@@ -145,11 +144,7 @@ def _column(
 
 
 def record_dtype(columns: Sequence[tuple[str, DTypeLike]]) -> RecordType:
-    """The dtype of a record, with the columns added last, as by a subclass, in front.
-
-    Numba would take a record for a subtype of one that its columns begin with, and warn of it.
-    Equal dtypes are one object: numba compares others field by field at every call of a kernel.
-    """
+    """The dtype of a record, with the columns added last, as by a subclass, in front."""
     return _the_one(np.dtype([*reversed(columns)], align=True))
 
 
@@ -161,15 +156,14 @@ def offset_of(record: RecordType, name: str) -> int:
 
 @cache
 def _the_one(dtype: RecordType) -> RecordType:
-    """The first of all equal dtypes."""
+    """The first of all equal dtypes: numba compares others field by field at every call."""
     return dtype
 
 
 def numbers_record(**numbers: ArrayLike) -> RecordType:
     """The dtype of a record of parameters: float64, each in the shape of its value.
 
-    Its last column says where it ends, so that no such record begins with all of another's columns:
-    numba would take it for a subtype, and warn of it.
+    Its last column says where it ends, so that no such record begins with all of another's columns.
     """
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
     return _the_one(np.dtype([*columns, ("end", np.int8)], align=True))
