@@ -4,15 +4,13 @@ The estimator is that of the whole swarm, as robots correct their estimates join
 """
 
 import math
-from typing import Any, Protocol
+from typing import Any
 
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note
-from swarm_forage_env.waypoints.records import Exchange, RobotState, Situation
+from swarm_forage_env.waypoints.records import RobotState
 
 update_belief: Kernel
 describe: Kernel
@@ -22,13 +20,9 @@ merge: Kernel
 """Free names of the templates: functions of the chosen layers."""
 
 
-class Mind(Protocol):
-    """What the chosen estimator keeps of a robot: a record."""
-
-    situation: Situation
-    exchange: Exchange
-    belief: Any
-    """A record; its field `pose` is where the robot believes it is [m, m, rad]."""
+Mind = Any
+"""What the chosen estimator keeps of a robot: a record with a situation, an exchange and a belief,
+whose `pose` is where the robot believes it is [m, m, rad]."""
 
 
 @row_template
@@ -54,13 +48,14 @@ def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> boo
     else:
         acceleration[0], acceleration[1] = action.acceleration[0], action.acceleration[1]
     robot.command.claim = situation.has_arrived > 0.0
+    is_usable = math.isfinite(acceleration[0] + acceleration[1])
     if exchange.is_valid:
         if action.weighting == KEEP:
             exchange.weight[0] = gain(exchange, 0, settings.weighting)
         else:
             exchange.weight[0] = action.weight[0]
-        return are_finite(acceleration) and are_finite(exchange.weight)
-    return are_finite(acceleration)
+        is_usable = is_usable and math.isfinite(exchange.weight[0])
+    return is_usable
 
 
 @row_template
@@ -83,12 +78,3 @@ def decide_world(
             note(trouble, w, NOT_FINITE, i)
     if n_exchanges > 0 and settings[w, 0].is_last:
         merge(minds[w], shared[w], sightings[w], settings[w, 0].estimator)
-
-
-@kernel
-def are_finite(numbers: Float32[Array, " numbers"]) -> bool:
-    """Every number is finite."""
-    total = 0.0
-    for k in range(numbers.shape[0]):
-        total += abs(numbers[k])
-    return math.isfinite(total)

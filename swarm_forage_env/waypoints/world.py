@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import numbers_named
@@ -81,14 +81,10 @@ class WaypointsWorld(World):
         swarms["streams"] = np.stack(own, axis=2)
         start_at_home(swarms, worlds, places, devices)
 
-    def judge(self, claim: Bool[Array, " rows"]) -> Float32[Array, " rows"]:
-        """Book claims and hand out new goals; goals rightly claimed by each robot.
-
-        Those of a tick are judged in the next; after the last tick, call it once more.
-        """
+    def judge(self, claim: Bool[Array, " rows"]) -> None:
+        """Book the claims of the last tick, which no tick is left to judge."""
         self.robots["command"]["claim"] = np.reshape(claim, self.robots.shape)
         judge_claims(self.robots, self.worlds)
-        return self.robots["reward"].reshape(-1)
 
 
 def write_numbers(scenario: WaypointsScenario, out_worlds: Array | np.void) -> None:
