@@ -17,6 +17,7 @@ Not in the paper, and chosen here:
 - all that `social_odometry` chose.
 """
 
+import math
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -27,7 +28,7 @@ from baselines.estimators.belief import NOBODY, Message
 from baselines.estimators.falsified_messages import falsify, repeat
 from baselines.estimators.message_exchange import compose as compose_places
 from baselines.estimators.message_exchange import heard_place, is_merged, slot_of, update_exchange
-from baselines.estimators.path_covariance import (
+from baselines.estimators.sikf import (
     TT,
     XT,
     XX,
@@ -35,21 +36,19 @@ from baselines.estimators.path_covariance import (
     YT,
     YY,
     CovarianceBelief,
+    CovarianceFilterParameters,
     CovarianceMind,
     Matrix,
     Moments,
-    heard_direction,
     spectral_norm,
-    to_ellipse,
-    to_matrix,
     worst_deviation,
 )
-from baselines.estimators.sikf import CovarianceFilterParameters
 from baselines.weighting.covariance import Covariance
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_record import Lie
 from swarm_forage_env.epuck.records import Heard
+from swarm_forage_env.equations.elementary import atan2, cos_sin
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel
@@ -81,6 +80,38 @@ class EllipseMind(CovarianceMind):
     belief: EllipseBelief = field(EllipseBelief)
     message: EllipseMessage = field(EllipseMessage)
     kept: EllipseMessage = field(EllipseMessage)
+
+
+@kernel
+def to_ellipse(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
+    """Standard deviations along the long and the short axis [m], direction of the long [rad].
+
+    The matrix is a covariance of positions [m^2].
+    """
+    long = spectral_norm(xx, xy, yy)
+    short = max(xx + yy - long, 0.0)
+    return math.sqrt(long), math.sqrt(short), 0.5 * atan2(2.0 * xy, xx - yy)
+
+
+@kernel
+def to_matrix(long: float, short: float, direction: float) -> Matrix:
+    """The covariance (xx, xy, yy) [m^2] of the ellipse of these axes [m] and direction [rad]."""
+    c, s = cos_sin(direction)
+    u, v = long * long, short * short
+    return u * c * c + v * s * s, (u - v) * c * s, u * s * s + v * c * c
+
+
+@kernel
+def heard_direction(gamma_i: float, gamma_j: float, psi_j: float) -> float:
+    """A direction psi_j of the sender's body frame in the receiver's body frame [rad].
+
+        psi_i = gamma_i + (psi_j - gamma_j) - pi
+
+    gamma_i, gamma_j are the bearings of the beam at the receiver and at the sender [rad].
+
+    Source: TR, Section 5.2 (before Eq. 40).
+    """
+    return gamma_i + (psi_j - gamma_j) - math.pi
 
 
 @kernel
@@ -118,9 +149,9 @@ def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     belief = minds[i].belief
     was_alone = belief.partner == NOBODY
     has_ended = update_exchange(minds, i, heard, numbers)
-    if was_alone and belief.partner == NOBODY:
-        return False
     if was_alone:
+        if belief.partner == NOBODY:
+            return False
         for area in range(2):
             for entry in range(3):
                 belief.heard_cov[area, entry] = 0.0

@@ -16,9 +16,8 @@ from baselines.estimators.covariance import (
     heard_covariance,
     move_location,
 )
-from baselines.estimators.joint_update import COHERENCE
 from baselines.estimators.message_exchange import is_merged
-from baselines.estimators.path_covariance import (
+from baselines.estimators.sikf import (
     XT,
     XX,
     XY,
@@ -29,11 +28,13 @@ from baselines.estimators.path_covariance import (
     spectral_norm,
     worst_deviation,
 )
-from baselines.estimators.path_covariance import update_belief as update_covariances
+from baselines.estimators.sikf import update_belief as update_covariances
 from swarm_forage_env.arrays import Array, Float64, Int8
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.record import Numbers, field
+
+COHERENCE = 0.999  # largest share of the possible correlation of two robots' errors (chosen)
 
 Shared = Float64[Array, "robots areas 2 2"]
 

@@ -18,22 +18,168 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from baselines.estimators.boids_inputs import describe
 from baselines.estimators.pose_prediction import PoseMind
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos_sin, hypot
+from swarm_forage_env.equations.geometry import to_body
+from swarm_forage_env.equations.steering import seek
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel, WeightingLayer
-from swarm_forage_env.parameters import Parameters
+from swarm_forage_env.parameters import Parameters, numbers_named
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.waypoints.control import observe_world
-from swarm_forage_env.waypoints.records import Exchange
+from swarm_forage_env.waypoints.records import Exchange, Readings
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 COVARIANCE_NORM_MAX = {"authors": 5.0, "corrected": 0.05}
 """Highest covariance norm allowed: 5 (published), or a hundredth for textbook noise (chosen)."""
 
 OFFSET_MAX = 1.0  # highest distance allowed between the estimate and dead reckoning [m] (published)
+
+
+@kernel
+def describe_correction(minds: Array, i: int, sightings: Array, exchange: Exchange) -> None:
+    """Describe the correction that a robot which sees another, or is seen, is about to make.
+
+    The neighbours that see the robot place it; `disagreement` is the distance to their mean.
+    """
+    n_robots, n, n_back, heard, x, y = minds.shape[0], 0, 0, 0.0, 0.0, 0.0
+    for j in range(n_robots):
+        back = sightings[j, i]
+        if sightings[i, j].seen or back.seen:
+            n += 1
+            heard += minds[j].covariance_norm
+        if back.seen:
+            n_back += 1
+            pose = minds[j].belief.pose
+            direction = float(back.bearing) + pose[2]
+            c, s = cos_sin(direction)
+            x += pose[0] + float(back.range) * c
+            y += pose[1] + float(back.range) * s
+    exchange.is_valid = n > 0
+    exchange.neighbours = n / n_robots
+    exchange.own_covariance_norm = minds[i].covariance_norm
+    exchange.heard_covariance_norm = heard / n if n > 0 else 0.0
+    exchange.disagreement = 0.0
+    if n_back > 0:
+        own = minds[i].belief.pose
+        exchange.disagreement = hypot(x / n_back - own[0], y / n_back - own[1])
+
+
+@kernel
+def away_from_one_by_one(
+    minds: Array, i: int, sightings: Array, numbers: Numbers
+) -> tuple[float, float]:
+    """Separation as in the authors' code, which steers after each neighbour.
+
+    After every neighbour the sum is divided by their number so far and replaced by the force
+    that seeks its direction, five times a unit vector, so that the last ones weigh most.
+
+    Source: BOIDS, authors' code.
+    """
+    own, x, y, dx, dy, n = minds[i].belief, 0.0, 0.0, 0.0, 0.0, 0
+    for j in range(minds.shape[0]):
+        if not sightings[i, j].seen:
+            continue
+        pose = minds[j].belief.pose
+        ax, ay = own.pose[0] - pose[0], own.pose[1] - pose[1]
+        d = hypot(ax, ay)
+        if 0.0 < d < numbers.reach:
+            n += 1
+            x += ax / (d * d)
+            y += ay / (d * d)
+        if n > 0:
+            dx, dy = x / n, y / n
+            sx, sy = seek(dx, dy, own.velocity[0], own.velocity[1], numbers.max_speed)
+            x, y = 5.0 * sx, 5.0 * sy
+    return dx, dy
+
+
+@kernel
+def sum_neighbours(minds: Array, i: int, sightings: Array, reach: float) -> tuple[int, int]:
+    """Write the means over the robots seen and believed in reach; zeros without any.
+
+    Returns the numbers of robots seen, and of those believed in reach.
+
+    Source: BOIDS, Eq. 21 to 23.
+    """
+    own, means, n_seen, n = minds[i].belief.pose, minds[i].neighbours, 0, 0
+    for k in range(2):
+        means.position[k] = means.velocity[k] = means.away[k] = 0.0
+    for j in range(minds.shape[0]):
+        if not sightings[i, j].seen:
+            continue
+        n_seen += 1
+        other = minds[j].belief
+        if 0.0 < hypot(own[0] - other.pose[0], own[1] - other.pose[1]) < reach:
+            n += 1
+            for k in range(2):
+                means.position[k] += other.pose[k]
+                means.velocity[k] += other.velocity[k]
+                means.away[k] += own[k] - other.pose[k]
+    if n > 0:
+        for k in range(2):
+            means.position[k] /= n
+            means.velocity[k] /= n
+    return n_seen, n
+
+
+@kernel
+def turn_to_body(x: float, y: float, compass: float, out: Float32[Array, "2"]) -> None:
+    """Write a vector of the world frame in the body frame."""
+    out[0], out[1] = to_body(x, y, *cos_sin(compass))
+
+
+@kernel
+def describe_flock(minds: Array, i: int, sightings: Array, numbers: Numbers) -> None:
+    """Write the vectors to the flock (centre, separation, alignment) and the density, rho.
+
+    The alignment is the neighbours' mean velocity, the separation the sum of the displacements
+    from them; in the authors' code their mean position, and `away_from_one_by_one`.
+    """
+    mind, situation = minds[i], minds[i].situation
+    n_seen, n = sum_neighbours(minds, i, sightings, numbers.reach)
+    means, pose, compass = mind.neighbours, mind.belief.pose, mind.compass
+    x, y = means.away[0], means.away[1]
+    towards = means.velocity
+    if numbers.authors > 0.0:
+        x, y = away_from_one_by_one(minds, i, sightings, numbers)
+        towards = means.position
+    turn_to_body(x, y, compass, situation.separation)
+    turn_to_body(towards[0], towards[1], compass, situation.alignment)
+    x = y = 0.0
+    if n > 0:
+        x, y = means.position[0] - pose[0], means.position[1] - pose[1]
+    turn_to_body(x, y, compass, situation.centre)
+    situation.density = n_seen / minds.shape[0]
+
+
+@kernel
+def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
+    """Write the vectors to goal and home, the velocity, the stimuli s and e, and the arrival.
+
+    Source: BOIDS, Section 4, for the stimuli.
+    """
+    situation, pose, goal = mind.situation, mind.belief.pose, readings.goal
+    dx, dy, velocity = goal[0] - pose[0], goal[1] - pose[1], mind.belief.velocity
+    turn_to_body(dx, dy, mind.compass, situation.goal)
+    turn_to_body(-pose[0], -pose[1], mind.compass, situation.home)
+    turn_to_body(velocity[0], velocity[1], mind.compass, situation.velocity)
+    reckoned = mind.reckoned.pose
+    offset = hypot(pose[0] - reckoned[0], pose[1] - reckoned[1])
+    situation.covariance_norm = mind.covariance_norm / numbers.covariance_norm_max
+    situation.dead_reckoning_offset = offset / numbers.offset_max
+    situation.has_arrived = hypot(dx, dy) < numbers.tolerance
+
+
+@kernel
+def describe(minds: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers) -> None:
+    """Write the inputs of both layers of one robot, by the present beliefs of all."""
+    describe_correction(minds, i, sightings, minds[i].exchange)
+    describe_flock(minds, i, sightings, numbers)
+    describe_self(minds[i], readings, numbers)
 
 
 @kernel
@@ -102,19 +248,14 @@ class Localisation(Parameters):
     def numbers(self, scenario: WaypointsScenario) -> dict[str, float]:
         """The scenario's noise and limits as kernels read them."""
         sensors = scenario.sensors
+        names = "speed_noise turn_noise range_noise bearing_noise reach max_speed tolerance"
         return {
+            **numbers_named(scenario, names.split()),
             "authors": self.setting == "authors",
             "dt": scenario.tick,
-            "speed_noise": sensors.speed_noise,
-            "turn_noise": sensors.turn_noise,
             "var_speed": sensors.speed_noise**2 + sensors.speed_bias**2,
             "var_turn": sensors.turn_noise**2 + sensors.turn_bias**2,
-            "range_noise": sensors.range_noise,
-            "bearing_noise": sensors.bearing_noise,
             "home_variance": sensors.home_noise**2,
-            "reach": sensors.reach,
-            "max_speed": scenario.robot.max_speed,
-            "tolerance": scenario.task.tolerance,
             "covariance_norm_max": COVARIANCE_NORM_MAX[self.setting],
             "offset_max": OFFSET_MAX,
         }

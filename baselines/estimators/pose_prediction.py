@@ -122,11 +122,9 @@ def add_step_noise(
     Source: BOIDS, Eq. 2, differentiated by its inputs; the paper has no such matrix.
     """
     c, s = cos_sin(theta)
-    for k in range(2):
-        variance = var_speed if k == 0 else var_turn
-        x = dt * c if k == 0 else -along * dt * s
-        y = dt * s if k == 0 else along * dt * c
-        t = 0.0 if k == 0 else dt
+    of_speed = var_speed, dt * c, dt * s, 0.0
+    of_turn = var_turn, -along * dt * s, along * dt * c, dt
+    for variance, x, y, t in (of_speed, of_turn):
         P[0, 0] += variance * x * x
         P[1, 1] += variance * y * y
         P[2, 2] += variance * t * t

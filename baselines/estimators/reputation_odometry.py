@@ -110,10 +110,8 @@ def is_near(
 @kernel
 def judge(reputation: Reputation, other: int, area: int, is_right: bool) -> None:
     """Count what another robot told of an area as right or wrong."""
-    if is_right:
-        reputation.right[other] += 1.0
-    else:
-        reputation.wrong[other] += 1.0
+    count = reputation.right if is_right else reputation.wrong
+    count[other] += 1.0
     reputation.is_open[other, area] = False
 
 

@@ -80,37 +80,24 @@ def describe_situation(belief: Belief, situation: Situation) -> None:
 
 
 @kernel
-def describe_own_side(belief: Belief, area: int, exchange: Exchange) -> None:
-    """Write the robot's own knowledge of an area; zeros if it is unknown."""
-    p = distance = 0.0
-    if belief.known[area]:
-        dx, dy = way_to(belief, area)
-        p, distance = belief.p[area], hypot(dx, dy)
-    exchange.own_known[area] = belief.known[area]
-    exchange.own_p[area], exchange.own_distance[area] = p, distance
-
-
-@kernel
-def describe_heard_side(belief: Belief, area: int, exchange: Exchange) -> None:
-    """Write what the partner told of an area, and the disagreement; zeros if it told nothing."""
-    p = distance = apart = 0.0
-    is_told = belief.heard_weight[area] > 0.0
-    if is_told:
-        x, y = heard_place(belief, area)
-        p, distance = belief.heard_p[area], hypot(x - belief.pose[0], y - belief.pose[1])
-        if belief.known[area]:
-            apart = hypot(x - belief.location[area, 0], y - belief.location[area, 1])
-    exchange.heard_known[area] = is_told
-    exchange.heard_p[area], exchange.heard_distance[area] = p, distance
-    exchange.disagreement[area] = apart
-
-
-@kernel
 def describe_exchange(belief: Belief, exchange: Exchange) -> None:
-    """Describe the exchange that just ended, before it is merged."""
+    """Describe the exchange that just ended, before it is merged; zeros for what is unknown."""
     for area in range(2):
-        describe_own_side(belief, area, exchange)
-        describe_heard_side(belief, area, exchange)
+        own_p = own_distance = heard_p = heard_distance = apart = 0.0
+        is_told = belief.heard_weight[area] > 0.0
+        if belief.known[area]:
+            dx, dy = way_to(belief, area)
+            own_p, own_distance = belief.p[area], hypot(dx, dy)
+        if is_told:
+            x, y = heard_place(belief, area)
+            heard_p = belief.heard_p[area]
+            heard_distance = hypot(x - belief.pose[0], y - belief.pose[1])
+            if belief.known[area]:
+                apart = hypot(x - belief.location[area, 0], y - belief.location[area, 1])
+        exchange.own_known[area], exchange.heard_known[area] = belief.known[area], is_told
+        exchange.own_p[area], exchange.own_distance[area] = own_p, own_distance
+        exchange.heard_p[area], exchange.heard_distance[area] = heard_p, heard_distance
+        exchange.disagreement[area] = apart
     exchange.range = belief.range_sum / belief.n_averaged
     exchange.n_averaged = belief.n_averaged
     write_goal(belief.goal, exchange.goal)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from pydantic import ValidationError
 
-from baselines.estimators import boids_inputs
+from baselines.estimators import localisation
 from baselines.estimators.pose_prediction import PoseMind
 from baselines.motion import boids
 from baselines.motion.boids import ALIGN, COHERE, GOAL, HOME, SEPARATE, adaptive_gains
@@ -113,8 +113,8 @@ def test_gains_weigh_the_rules_and_who_has_arrived_ignores_its_goal(pull, seed, 
     assert_allclose(pull(s, gains=gains, **STATIC), unit(total(s, weighed)), atol=1e-5)
 
 
-describe_flock = entry_point(boids_inputs.describe_flock)
-describe_self = entry_point(boids_inputs.describe_self)
+describe_flock = entry_point(localisation.describe_flock)
+describe_self = entry_point(localisation.describe_self)
 
 REACH, MAX_SPEED, COMPASS = 1.5, 0.5, 0.7
 POSES = np.array([[0.3, -0.2], [0.9, 0.6], [-0.1, 0.5], [0.4, 3.0], [0.2, 0.1]])

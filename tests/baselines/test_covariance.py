@@ -8,18 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from baselines.estimators.covariance import blend, gain_matrix
-from baselines.estimators.path_covariance import (
+from baselines.estimators.covariance import blend, gain_matrix, to_ellipse, to_matrix
+from baselines.estimators.sikf import (
     CovarianceBelief,
     CovarianceMind,
+    SIKFParameters,
     add_noise,
     grow_covariances,
+    merge,
     propagate,
     spectral_norm,
-    to_ellipse,
-    to_matrix,
 )
-from baselines.estimators.sikf import SIKFParameters, merge
 from baselines.weighting.sikf import gain
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.record import rows

@@ -19,14 +19,12 @@ from baselines.estimators.covariance_intersection import (
 )
 from baselines.estimators.decentralised_ekf import (
     DecentralisedEKF,
-    correct_both,
-    propagate_factors,
-)
-from baselines.estimators.joint_update import (
     FilterMind,
     JointUpdate,
     bound_correlation,
+    correct_both,
     multiply_factors,
+    propagate_factors,
 )
 from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
 from baselines.estimators.small_matrices import (

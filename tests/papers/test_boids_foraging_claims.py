@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from baselines.estimators.path_covariance import (
+from baselines.estimators.sikf import (
     N_MOMENTS,
     add_noise,
     error_constant,
