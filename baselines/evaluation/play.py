@@ -1,7 +1,6 @@
 """What a playground consists of: controllers as WebAssembly, a world that begins, and sliders."""
 
 import json
-import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -115,7 +114,7 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
 def _recorded(configuration: ExperimentConfig, every: int) -> Recording:
     """The first minutes of the episode of seed 0, for a browser without WebAssembly."""
     loop = Loop(configuration.scenario, configuration.controller, [0], "kinematic")
-    recording = Recording(math.ceil(RECORDED / FRAME) + 1)
+    recording = Recording()
     recording.add(loop.scene())
     for _ in range(min(round(RECORDED / FRAME), loop.world.scenario.n_ticks // every)):
         loop.run(every)

@@ -134,21 +134,26 @@ def _scenes(
     configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions
 ) -> Iterator[Scene]:
     scenario, controller = configuration.scenario, configuration.controller
-    loop = Loop(scenario, controller, [seed], configuration.physics)
+    loop, ticks = Loop(scenario, controller, [seed], configuration.physics), _ticks(stage, options)
+    loop.run(ticks[0])
+    for tick in ticks:
+        yield loop.scene()
+        if tick < ticks[-1]:
+            loop.step()
+
+
+def _ticks(stage: Stage, options: WatchOptions) -> range:
+    """The ticks that are shown or leave trails."""
     first = max(0, round((options.start - TRAIL) / stage.tick))
     last = round((options.start + (options.seconds or 0.0)) / stage.tick)
-    for tick in range(last + 1):
-        if tick >= first:
-            yield loop.scene()
-        if tick < last:
-            loop.step()
+    return range(first, last + 1)
 
 
 def _replay(stage: Stage, chosen: EvaluateOptions, options: WatchOptions, command: str) -> Replay:
     beside = chosen.controllers[1] if len(chosen.controllers) > 1 else None
     colours = tuple(map(colour_of, chosen.controllers))
     opening = Opening(options.start, options.speed, options.select, beside, colours)
-    return Replay(stage, chosen.seeds()[0], command, opening=opening)
+    return Replay(stage, chosen.seeds()[0], command, len(_ticks(stage, options)), opening)
 
 
 def _painted(stage: Stage, options: WatchOptions) -> Sequence[Painted]:

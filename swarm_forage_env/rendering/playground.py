@@ -139,10 +139,7 @@ def playground(  # noqa: PLR0913 what a page is made of
             "columns": columns,
             "command": command,
             "sliders": [asdict(each) for each in sliders],
-            "replays": [
-                about | {"every": recording.every * every}
-                for recording, (about, _) in zip(replays, packs, strict=True)
-            ],
+            "replays": [about | {"every": every} for about, _ in packs],
         },
     }
     names = " and ".join(each.controller for each in programs)

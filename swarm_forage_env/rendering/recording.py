@@ -6,7 +6,6 @@ differences from frame to frame, low bytes and high bytes apart, which deflate w
 
 import math
 import zlib
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -28,34 +27,15 @@ TURN = 2.0 * math.pi / 1024
 ANGLES = ("heading", "direction")
 """Columns of angles: turned since the first frame, so that the last code follows the first."""
 
-POSE = {"x": PLACE, "y": PLACE, "heading": TURN, "doing": WHOLE}
-"""What is recorded of each robot, as the page calls it, and in which steps."""
-
-FORAGING = {
-    "known": WHOLE, "trips": WHOLE, "nestX": BELIEVED, "nestY": BELIEVED, "nestP": PATH,
-    "preyX": BELIEVED, "preyY": BELIEVED, "preyP": PATH,
-}  # fmt: skip
-"""Further columns of robots that forage; `known` is 1 for the nest plus 2 for the prey."""
-
-GOALS = {
-    "right": WHOLE, "wrong": WHOLE, "goalX": PLACE, "goalY": PLACE, "believedX": BELIEVED,
-    "believedY": BELIEVED, "long": PATH, "short": PATH, "direction": TURN,
-}  # fmt: skip
-"""Further columns of robots that visit goals: claims, and the ellipse of an estimate."""
-
-FAULTY = {"faulty": WHOLE}
-"""A further column where robots may be faulty: 1 while a fault is in effect."""
-
 
 class Recording:
-    """Scenes in order: all of them, or every second, fourth ... if there are too many.
+    """Scenes in order: the first of every few, and the last.
 
-    It holds at most `max_frames`, two or more, and the last scene.
+    What is heard in between counts as heard in the next scene that is kept.
     """
 
-    def __init__(self, max_frames: int) -> None:
-        self.every = 1
-        self._max_frames = max_frames
+    def __init__(self, every: int = 1) -> None:
+        self.every = every
         self._scenes = 0
         self._latest: Scene | None = None
         self._times: list[float] = []
@@ -74,10 +54,7 @@ class Recording:
         self._latest = scene
         self._pending.append(scene.messages @ SENDER_AND_RECEIVER)
         if self._scenes % self.every == 0:
-            if len(self._times) >= self._max_frames:
-                self._thin()
-            if self._scenes % self.every == 0:
-                self._keep(scene)
+            self._keep(scene)
         self._scenes += 1
 
     def pack(self) -> tuple[dict[str, object], bytes]:
@@ -91,7 +68,7 @@ class Recording:
             raise ConfigError("no scene was recorded: add one before writing")
         if self._times[-1] < self._latest.time:
             self._keep(self._latest)
-        steps = _steps(self._latest)
+        steps = {name: step for name, (step, _) in _columns(self._latest).items()}
         values = dict(zip(steps, np.stack(self._rows, axis=2), strict=True))
         scales = {name: _scale(name, steps[name], each) for name, each in values.items()}
         counts = np.cumsum([len(pairs) for pairs in self._heard])
@@ -107,44 +84,41 @@ class Recording:
         return about, zlib.compress(b"".join(parts))
 
     def _keep(self, scene: Scene) -> None:
+        columns = [each.astype(np.float32) for _, each in _columns(scene).values()]
         self._times.append(scene.time)
         self._shares.append(scene.share)
-        self._rows.append(_row(scene))
-        self._heard.append(_together(self._pending))
+        self._rows.append(np.stack(columns))
+        self._heard.append(np.unique(np.concatenate(self._pending)))
         self._pending = []
 
-    def _thin(self) -> None:
-        """Drop every second frame; what was heard in it counts as heard in the next."""
-        self.every *= 2
-        heard = self._heard
-        if len(heard) % 2 == 0:
-            self._pending.insert(0, heard[-1])
-        self._heard = heard[:1] + [_together(heard[k : k + 2]) for k in range(1, len(heard) - 1, 2)]
-        for series in (self._times, self._shares, self._rows):
-            del series[1::2]
 
-
-def _together(pairs: Sequence[Int64[Array, " pairs"]]) -> Int64[Array, " pairs"]:
-    return pairs[0] if len(pairs) == 1 else np.unique(np.concatenate(pairs))
-
-
-def _steps(scene: Scene) -> dict[str, float]:
-    own = FORAGING if scene.localised is None else GOALS
-    return POSE | own | ({} if scene.faulty is None else FAULTY)
-
-
-def _row(scene: Scene) -> Float32[Array, "columns robots"]:
-    row = [*scene.pose.T, scene.doing]
-    if scene.localised is not None:
-        mine = scene.localised
-        row += [mine.right, mine.wrong, *mine.goal.T, *mine.believed.T, *mine.ellipse.T]
+def _columns(scene: Scene) -> dict[str, tuple[float, Array]]:
+    """What is recorded of each robot, as the page calls it: in which steps, and the numbers."""
+    x, y, heading = scene.pose.T
+    columns: dict[str, tuple[float, Array]] = {
+        "x": (PLACE, x),
+        "y": (PLACE, y),
+        "heading": (TURN, heading),
+        "doing": (WHOLE, scene.doing),
+    }
+    if (own := scene.localised) is not None:
+        columns |= {"right": (WHOLE, own.right), "wrong": (WHOLE, own.wrong)}
+        columns |= _place("goal", PLACE, own.goal) | _place("believed", BELIEVED, own.believed)
+        long, short, direction = own.ellipse.T
+        columns |= {"long": (PATH, long), "short": (PATH, short), "direction": (TURN, direction)}
     else:
-        row += [scene.known[:, NEST] + 2 * scene.known[:, PREY], scene.round_trips]
-        for area in (NEST, PREY):
-            row += [*scene.believed[:, area].T, scene.p[:, area]]
+        known = scene.known[:, NEST] + 2 * scene.known[:, PREY]
+        columns |= {"known": (WHOLE, known), "trips": (WHOLE, scene.round_trips)}
+        for area, name in ((NEST, "nest"), (PREY, "prey")):
+            columns |= _place(name, BELIEVED, scene.believed[:, area])
+            columns[f"{name}P"] = PATH, scene.p[:, area]
     if scene.faulty is not None:
-        row.append(scene.faulty)
-    return np.stack([each.astype(np.float32) for each in row])
+        columns["faulty"] = WHOLE, scene.faulty
+    return columns
+
+
+def _place(name: str, step: float, places: Array) -> dict[str, tuple[float, Array]]:
+    return {f"{name}X": (step, places[:, 0]), f"{name}Y": (step, places[:, 1])}
 
 
 def _scale(name: str, step: float, values: Float32[Array, "robots frames"]) -> tuple[float, float]:

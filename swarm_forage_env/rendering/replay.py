@@ -62,7 +62,8 @@ class Replay:
     """Writes the scenes of one episode, or of two in the same world, as one HTML file.
 
     `command` is what the user typed to make the episode. Every scene becomes a frame as long as the
-    file stays below the budget [byte]; beyond, every second, every fourth and so on.
+    file stays below `BUDGET`; beyond, every second, every fourth and so on. `n_scenes` is how many
+    will be added to each swarm; all of an episode if it is left out.
     """
 
     def __init__(
@@ -70,15 +71,19 @@ class Replay:
         stage: Stage,
         seed: int,
         command: str,
-        budget: int = BUDGET,
+        n_scenes: int | None = None,
         opening: Opening | None = None,
     ) -> None:
         self._stage, self._seed, self._command = stage, seed, command
         self._opening = opening or Opening()
         beside = self._opening.beside
         self._controllers = [stage.controller] if beside is None else [stage.controller, beside]
-        max_frames = budget // (BYTES_PER_ROBOT * stage.n_robots * len(self._controllers))
-        self._recordings = [Recording(max(2, max_frames)) for _ in self._controllers]
+        n_scenes = n_scenes or round(stage.duration / stage.tick) + 1
+        max_frames = BUDGET // (BYTES_PER_ROBOT * stage.n_robots * len(self._controllers))
+        every = 1
+        while n_scenes > every * max(2, max_frames):
+            every *= 2
+        self._recordings = [Recording(every) for _ in self._controllers]
 
     def add(self, scene: Scene, which: int = 0) -> None:
         """Add the next scene of a swarm. ConfigError if it is not later than the last."""

@@ -137,7 +137,7 @@ def test_lidar_is_a_circle_and_a_line_between_those_that_see_each_other():
 
 def test_a_recording_holds_goals_claims_and_ellipses_within_its_rounding(loop):
     fresh = Loop(find_scenario("waypoints-05"), find_controller("boids-adaptive"), [3])
-    scenes, recording = scenes_of(fresh, 59), Recording(1000)
+    scenes, recording = scenes_of(fresh, 59), Recording()
     for each in scenes:
         recording.add(each)
     _, share, _, columns = unpacked(*recording.pack())
