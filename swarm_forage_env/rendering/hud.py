@@ -7,7 +7,6 @@ import numpy as np
 import pygame
 
 from swarm_forage_env.rendering import palette, shapes
-from swarm_forage_env.rendering.goals import draw_ellipse, draw_goal, draw_right, draw_wrong
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour
 from swarm_forage_env.rendering.shapes import Point
@@ -160,10 +159,12 @@ class HeadUpDisplay:
 MESSAGE = "message"
 
 GOALS: dict[str, Icon] = {
-    "goal": draw_goal,
-    "claimed rightly": lambda on, at, r, _: draw_right(on, at, r),
-    "claimed wrongly": lambda on, at, r, _: draw_wrong(on, at, r),
-    "believed": lambda on, at, r, px: draw_ellipse(on, at, (r, 0.6 * r), 0.5, round(1.2 * px)),
+    "goal": shapes.draw_goal,
+    "claimed rightly": lambda on, at, r, _: shapes.draw_right(on, at, r),
+    "claimed wrongly": lambda on, at, r, _: shapes.draw_wrong(on, at, r),
+    "believed": lambda on, at, r, px: shapes.draw_ellipse(
+        on, at, (r, 0.6 * r), 0.5, round(1.2 * px)
+    ),
     "lidar": lambda on, at, r, px: pygame.draw.circle(on, palette.LIDAR, at, r, round(1.2 * px)),
 }
 """The second line of the legend where robots visit goals."""

@@ -8,12 +8,11 @@ import pygame
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette, shapes
-from swarm_forage_env.rendering.goals import GoalPainter
 from swarm_forage_env.rendering.hud import HeadUpDisplay
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour, mixed, trail_colour
 from swarm_forage_env.rendering.trails import Trails
-from swarm_forage_env.scene import Localised, Scene, Stage
+from swarm_forage_env.scene import WITHIN, GoalField, Localised, Scene, Stage
 
 FINENESS = 3
 """The arena is drawn this many times larger, then made smaller: that smooths every edge."""
@@ -45,9 +44,6 @@ class Painter:
         self._trails = Trails()
         pygame.font.init()
         self._large = pygame.font.Font(None, round(1.1 * layout.text * self._fine))
-        self._goals = None
-        if stage.goals is not None:
-            self._goals = GoalPainter(stage, self._spot, self._scale, self._pixel)
         self._areas = stage.areas_at(0.0)
         self._places: dict[int, int] = {}
         length, height = (side + 2 * self._wall for side in layout.arena)
@@ -72,10 +68,10 @@ class Painter:
         self._canvas.blit(self._floor, (0, 0))
         if show.trails:
             self._draw_trails(scene)
-        if self._goals is None or scene.localised is None:
+        if self._stage.goals is None or scene.localised is None:
             self._draw_foraging(scene, show)
         else:
-            self._draw_goals(self._goals, scene, scene.localised, show)
+            self._draw_visits(self._stage.goals, scene, scene.localised, show)
         self._draw_robots(scene, show.selected)
         if self.layout.enlarges:
             self._draw_rims()
@@ -94,13 +90,59 @@ class Painter:
         if show.beliefs and show.selected is not None:
             self._draw_beliefs(scene, show.selected)
 
-    def _draw_goals(self, goals: GoalPainter, scene: Scene, own: Localised, show: Show) -> None:
+    def _draw_visits(self, field: GoalField, scene: Scene, own: Localised, show: Show) -> None:
         if show.messages:
-            goals.draw_lidar(self._canvas, scene, show.selected)
-        goals.draw_goals(self._canvas, scene, own, show.selected)
-        goals.draw_claims(self._canvas, self._trails.claims())
+            self._draw_lidar(scene, field.reach * self._scale, show.selected)
+        self._draw_goals(scene, own, field.tolerance * self._scale, show.selected)
+        self._draw_claims()
         if show.beliefs:
-            goals.draw_estimates(self._canvas, scene, own, show.selected)
+            self._draw_estimates(scene, own, show.selected)
+
+    def _draw_lidar(self, scene: Scene, radius: float, selected: int | None) -> None:
+        """Draw how far each robot sees [px], and lines between those that see each other."""
+        canvas, spots, width = self._canvas, self._spot(scene.pose[:, :2]), self._width(0.8)
+        pale = mixed(palette.LIDAR, palette.FLOOR, 0.45)
+        for spot in spots.tolist():
+            pygame.draw.circle(canvas, pale, spot, radius, width)
+        if selected is not None:
+            pygame.draw.circle(canvas, palette.LIDAR, spots[selected], radius, 2 * width)
+        for sender, receiver in scene.messages.tolist():
+            if sender < receiver:
+                pygame.draw.line(canvas, palette.MESSAGE, spots[sender], spots[receiver], width)
+
+    def _draw_goals(
+        self, scene: Scene, own: Localised, radius: float, selected: int | None
+    ) -> None:
+        """Draw each robot's goal, as large as it is reached [px], and a line that leads there."""
+        goals, spots = self._spot(own.goal), self._spot(scene.pose[:, :2])
+        for robot, (goal, spot) in enumerate(zip(goals.tolist(), spots.tolist(), strict=True)):
+            is_selected = robot == selected
+            ink = palette.GOAL if is_selected else mixed(palette.GOAL, palette.FLOOR, 0.35)
+            width = self._width(1.6 if is_selected else 0.8)
+            pygame.draw.line(self._canvas, ink, spot, goal, width)
+            shapes.draw_goal(self._canvas, goal, radius, self._pixel)
+
+    def _draw_claims(self) -> None:
+        """Draw recent claims: right ones as a disc, others as a cross with a line to the goal."""
+        size = 4.5 * self._pixel
+        for claim in self._trails.claims:
+            place, goal = self._spot(claim.place), self._spot(claim.goal)
+            if claim.is_right:
+                shapes.draw_right(self._canvas, place, size)
+            else:
+                pygame.draw.line(self._canvas, palette.WRONG, place, goal, self._width(0.8))
+                shapes.draw_wrong(self._canvas, place, size)
+
+    def _draw_estimates(self, scene: Scene, own: Localised, selected: int | None) -> None:
+        """Draw where robots believe they are: 95 % ellipses, with lines to where they are."""
+        spots, true = self._spot(own.believed), self._spot(scene.pose[:, :2])
+        axes, direction = WITHIN * self._scale * own.ellipse[:, :2], own.ellipse[:, 2].tolist()
+        for robot, (long, short) in enumerate(axes.tolist()):
+            if long > 0.0:
+                width = self._width(2.4 if robot == selected else 1.2)
+                pygame.draw.line(self._canvas, palette.ESTIMATE, true[robot], spots[robot], width)
+                size = long, short
+                shapes.draw_ellipse(self._canvas, spots[robot], size, direction[robot], width)
 
     def _width(self, width: float) -> int:
         return max(1, round(width * self._pixel))
@@ -117,11 +159,13 @@ class Painter:
             pygame.draw.polygon(floor, palette.FLOOR, self._spot(stage.corners).tolist())
         else:
             floor.fill(palette.FLOOR, self._inside)
-        if self._goals is not None:
-            self._goals.draw_field(floor)
-        else:
-            radius, stroke = stage.start_radius * self._scale, (self._width(1.0), 6.0 * self._pixel)
-            shapes.dashed_circle(floor, palette.FAINT, self._spot(np.zeros(2)), radius, stroke)
+        ring = stage.start_radius
+        if stage.goals is not None:
+            ring = stage.goals.reach
+            self._draw_field(floor, 0.5 * stage.goals.side)
+        stroke = self._width(1.0), 6.0 * self._pixel
+        middle = self._spot(np.zeros(2))
+        shapes.dashed_circle(floor, palette.FAINT, middle, ring * self._scale, stroke)
         for centre, colour, _ in self._named_areas():
             radius = stage.area_radius * self._scale
             pygame.draw.circle(floor, mixed(colour, palette.FLOOR, 0.28), centre, radius)
@@ -130,6 +174,15 @@ class Painter:
             points = self._spot(each.points).tolist()
             shapes.draw_walls(floor, points, each.radius * self._scale, each.is_closed)
         return floor
+
+    def _draw_field(self, floor: pygame.Surface, half: float) -> None:
+        """Draw the square in which goals lie, and home, a little house."""
+        corners = np.array([(-half, -half), (half, -half), (half, half), (-half, half)])
+        pygame.draw.polygon(floor, palette.RULE, self._spot(corners).tolist(), self._width(1.0))
+        x, y = self._spot(np.zeros(2))
+        size = 5.0 * self._pixel
+        pygame.draw.polygon(floor, palette.INK, [(x - size, y), (x, y - size), (x + size, y)])
+        pygame.draw.rect(floor, palette.INK, (x - 0.7 * size, y, 1.4 * size, 0.9 * size))
 
     def _named_areas(self) -> Iterator[tuple[Float64[Array, " 2"], Colour, str]]:
         """Centre on the canvas [px], colour and name of each area as they are now."""

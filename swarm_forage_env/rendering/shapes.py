@@ -114,3 +114,34 @@ def dashed_circle(
         angle = np.linspace(2 * k, 2 * k + 1, 6) * math.pi / n
         arc = np.stack([np.cos(angle), np.sin(angle)], axis=1) * radius + centre
         pygame.draw.lines(surface, colour, False, arc.tolist(), width)
+
+
+def draw_goal(surface: pygame.Surface, at: Point, radius: float, pixel: float) -> None:
+    """Draw a ring in which the goal is reached, with a point in its middle [px]."""
+    pygame.draw.circle(surface, palette.GOAL, at, radius, max(1, round(1.5 * pixel)))
+    pygame.draw.circle(surface, palette.GOAL, at, 1.6 * pixel)
+
+
+def draw_right(surface: pygame.Surface, at: Point, size: float) -> None:
+    """Draw a right claim: a disc with a tick [px]."""
+    pygame.draw.circle(surface, palette.RIGHT, at, size)
+    tick = [(-0.5, 0.05), (-0.1, 0.45), (0.55, -0.4)]
+    points = [(at[0] + size * a, at[1] + size * b) for a, b in tick]
+    pygame.draw.lines(surface, palette.WHITE, False, points, max(1, round(0.28 * size)))
+
+
+def draw_wrong(surface: pygame.Surface, at: Point, size: float) -> None:
+    """Draw a wrong claim: a cross [px]."""
+    draw_cross(surface, palette.WRONG, at, 0.8 * size, max(2, round(0.45 * size)))
+
+
+def draw_ellipse(
+    surface: pygame.Surface, centre: Point, axes: tuple[float, float], direction: float, width: int
+) -> None:
+    """Draw an ellipse of these half axes [px], its long one in a direction of the world [rad]."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 49)
+    along, across = axes[0] * np.cos(angle), axes[1] * np.sin(angle)
+    c, s = np.cos(direction), np.sin(direction)
+    points = centre + np.stack([c * along - s * across, -s * along - c * across], axis=1)
+    pygame.draw.lines(surface, palette.ESTIMATE, True, points.tolist(), width)
+    pygame.draw.circle(surface, palette.ESTIMATE, centre, 1.2 * width)

@@ -34,7 +34,8 @@ class Trails:
     def __init__(self) -> None:
         self._past: deque[Scene] = deque(maxlen=POINTS)
         self._heard: deque[Scene] = deque()
-        self._claims: deque[Claim] = deque()
+        self.claims: deque[Claim] = deque()
+        """The recent claims, oldest first."""
         self._now = -1.0
 
     def take(self, scene: Scene) -> None:
@@ -42,7 +43,7 @@ class Trails:
         if scene.time < self._now or scene.time == 0.0:
             self._past.clear()
             self._heard.clear()
-            self._claims.clear()
+            self.claims.clear()
         self._take_claims(scene)
         self._now = scene.time
         if not self._past or scene.time - self._past[-1].time > TRAIL / POINTS - 1e-9:
@@ -59,13 +60,9 @@ class Trails:
         for is_right, new in ((True, now.right > then.right), (False, now.wrong > then.wrong)):
             for robot in np.flatnonzero(new):
                 place, goal = before.pose[robot, :2], then.goal[robot]
-                self._claims.append(Claim(scene.time, place, goal, is_right))
-        while self._claims and self._claims[0].time < scene.time - TRAIL + 1e-9:
-            self._claims.popleft()
-
-    def claims(self) -> list[Claim]:
-        """The recent claims, oldest first."""
-        return list(self._claims)
+                self.claims.append(Claim(scene.time, place, goal, is_right))
+        while self.claims and self.claims[0].time < scene.time - TRAIL + 1e-9:
+            self.claims.popleft()
 
     def trails(self) -> tuple[Float64[Array, "points robots 2"], Int8[Array, "points robots"]]:
         """Where the robots were, oldest first, and what they were doing there."""

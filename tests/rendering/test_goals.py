@@ -109,7 +109,7 @@ def test_claims_are_marked_where_they_were_made_for_as_long_as_trails_last():
     trails = Trails()
     for each in (before, after):
         trails.take(each)
-    right, wrong = trails.claims()
+    right, wrong = trails.claims
     assert (right.is_right, wrong.is_right) == (True, False)
     assert_array_equal(right.goal, [3.0, 2.0])
     assert_array_equal(wrong.place, [-3.0, -3.0])
@@ -119,7 +119,7 @@ def test_claims_are_marked_where_they_were_made_for_as_long_as_trails_last():
     assert at(-3.0, -3.0) == near(palette.WRONG, 40)
     assert at(0.0, -0.5) == near(palette.WRONG, 90), "the line from the claim to the goal"
     trails.take(replace(after, time=60.5 + TRAIL + 0.5))
-    assert trails.claims() == []
+    assert trails.claims == []
 
 
 def test_lidar_is_a_circle_and_a_line_between_those_that_see_each_other():
