@@ -36,7 +36,10 @@ class HeadUpDisplay:
 
     def __init__(self, stage: Stage, layout: Layout, picture: pygame.Surface) -> None:
         self._stage, self._layout, self._picture = stage, layout, picture
-        self._letters = TextRenderer(layout.text)
+        pygame.font.init()
+        self._font = pygame.font.Font(None, layout.text * FINENESS)
+        """It comes with pygame-ce: the same everywhere."""
+        self._words = lru_cache(ROOM)(self._drawn_words)
         self._blank = pygame.Surface(picture.get_size(), depth=32)
         """What stays the same in every picture."""
         self._blank.fill(palette.PAGE)
@@ -72,10 +75,10 @@ class HeadUpDisplay:
         layout, y = self._layout, self._layout.margin // 2
         clock = f"{clock_text(scene.time)} of {clock_text(self._stage.duration)}"
         clock = f"{aside}   {clock}" if aside else clock
-        width = self._letters.width(clock)
+        width = self._width_of(clock)
         self._write(self._picture, clock, layout.width - layout.margin - width, y)
         room = layout.width - 4 * layout.margin - width
-        title = self._letters.cut(f"{self._stage.scenario}   {self._stage.controller}", room)
+        title = self._cut(f"{self._stage.scenario}   {self._stage.controller}", room)
         self._write(self._picture, title, layout.margin, y)
 
     def _draw_progress(self, time: float) -> None:
@@ -146,14 +149,30 @@ class HeadUpDisplay:
         """Write what there is room for of a text in a line below the arena."""
         left = left or self._layout.margin
         room = self._layout.width - self._layout.margin - left
-        self._write(on, self._letters.cut(text, room), left, self._below(line), ink)
+        self._write(on, self._cut(text, room), left, self._below(line), ink)
 
     def _write(
         self, on: pygame.Surface, text: str, x: float, y: float, ink: Colour = palette.INK
     ) -> int:
-        words = self._letters.line(text, ink)
+        words = self._words(text, ink)
         on.blit(words, (round(x), round(y) + (self._layout.line - words.get_height()) // 2))
         return words.get_width()
+
+    def _drawn_words(self, text: str, ink: Colour) -> pygame.Surface:
+        large = self._font.render(text, True, ink)
+        size = self._width_of(text), round(large.get_height() / FINENESS)
+        return pygame.transform.smoothscale(large, size)
+
+    def _width_of(self, text: str) -> int:
+        return round(self._font.size(text)[0] / FINENESS)
+
+    def _cut(self, text: str, room: float) -> str:
+        """As much of a text as there is room for [px]."""
+        if self._width_of(text) <= room:
+            return text
+        while text and self._width_of(text + "...") > room:
+            text = text[:-1]
+        return text + "..."
 
 
 MESSAGE = "message"
@@ -193,32 +212,6 @@ def _draw_message(on: pygame.Surface, at: Point, radius: float, pixel: float) ->
 
 def _draw_belief(on: pygame.Surface, at: Point, radius: float, pixel: float) -> None:
     shapes.draw_belief(on, np.array(at), (0.55 * at[1], 0.9 * at[1]), palette.BLUE, 0.6 * pixel)
-
-
-class TextRenderer:
-    """Text of one height [px]. The font comes with pygame-ce: the same everywhere."""
-
-    def __init__(self, height: int) -> None:
-        pygame.font.init()
-        self._font = pygame.font.Font(None, height * FINENESS)
-        self.line = lru_cache(ROOM)(self._line)
-
-    def width(self, text: str) -> int:
-        """How wide a line is [px]."""
-        return round(self._font.size(text)[0] / FINENESS)
-
-    def _line(self, text: str, ink: Colour) -> pygame.Surface:
-        large = self._font.render(text, True, ink)
-        size = self.width(text), round(large.get_height() / FINENESS)
-        return pygame.transform.smoothscale(large, size)
-
-    def cut(self, text: str, room: float) -> str:
-        """As much of a text as there is room for [px]."""
-        if self.width(text) <= room:
-            return text
-        while text and self.width(text + "...") > room:
-            text = text[:-1]
-        return text + "..."
 
 
 def clock_text(seconds: float) -> str:

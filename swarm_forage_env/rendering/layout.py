@@ -42,7 +42,8 @@ class Layout:
     """
 
     def __init__(self, stage: Stage, width: int, beliefs: bool = False, keys: bool = False) -> None:
-        self.stage, self.width, self.beliefs, self.keys = stage, width, beliefs, keys
+        self.stage, self.beliefs, self.keys = stage, beliefs, keys
+        self.width = width = checked_size(width)
         self.unit = min(max(width / 512.0, 0.8), 2.0)
         """Everything but the arena is as large as in a picture of 512 px, times this."""
         self.margin, self.text, self.line = (round(size * self.unit) for size in (12, 14, 20))

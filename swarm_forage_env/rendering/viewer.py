@@ -92,14 +92,14 @@ class Viewer:
         self._stage, self._is_text = stage, mode == "ansi"
         if self._is_text:
             return
-        from swarm_forage_env.rendering.layout import Layout, checked_size
+        from swarm_forage_env.rendering.layout import Layout
         from swarm_forage_env.rendering.painter import Painter, Show
         from swarm_forage_env.rendering.window import Window
 
         if mode == "human":
             self.window = Window(stage, width or WINDOW_WIDTH)
             return
-        self._painter = Painter(stage, Layout(stage, checked_size(width or FRAME_WIDTH)))
+        self._painter = Painter(stage, Layout(stage, width or FRAME_WIDTH))
         self._show = Show()
 
     def draw(self, scene: Scene) -> UInt8[Array, "height width 3"] | str | None:

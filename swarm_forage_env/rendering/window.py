@@ -10,7 +10,7 @@ from urllib.parse import quote
 import pygame
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.layout import SPEEDS, Layout, checked_size, checked_speed
+from swarm_forage_env.rendering.layout import SPEEDS, Layout
 from swarm_forage_env.rendering.painter import Painter, Show
 from swarm_forage_env.rendering.viewer import save
 from swarm_forage_env.scene import Scene, Stage
@@ -32,17 +32,17 @@ class Window:
     """A window on the user's screen; it opens with the first scene.
 
     A scene that would come sooner than the next picture is due is remembered, not drawn.
-    ConfigError for a width or a speed out of bounds.
+    ConfigError for a width out of bounds.
     """
 
     def __init__(
         self, stage: Stage, width: int, speed: float = 1.0, select: int | None = None
     ) -> None:
-        self.speed = checked_speed(speed)
+        self.speed = speed
         self.show_what = Show(selected=select)
         self.paused = self.closed = self._one_step = False
         self._stage = stage
-        self._layout = Layout(stage, checked_size(width), beliefs=True, keys=True)
+        self._layout = Layout(stage, width, beliefs=True, keys=True)
         self._painter = Painter(stage, self._layout)
         self._screen: pygame.Surface | None = None
         self._scene: Scene | None = None

@@ -119,7 +119,7 @@ def test_claims_are_marked_where_they_were_made_for_as_long_as_trails_last():
     assert at(-3.0, -3.0) == near(palette.WRONG, 40)
     assert at(0.0, -0.5) == near(palette.WRONG, 90), "the line from the claim to the goal"
     trails.take(replace(after, time=60.5 + TRAIL + 0.5))
-    assert trails.claims == []
+    assert not trails.claims
 
 
 def test_lidar_is_a_circle_and_a_line_between_those_that_see_each_other():

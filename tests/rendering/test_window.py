@@ -159,12 +159,6 @@ def test_a_screen_that_nobody_sees_is_no_display(window, scenes, monkeypatch):
         window.show(scenes[0])
 
 
-@pytest.mark.parametrize("speed", [0.0, -1.0, 257.0, float("nan")])
-def test_a_speed_out_of_bounds_is_refused(speed, busy):
-    with pytest.raises(ConfigError, match=r"must be 0.1 to 256 times real time"):
-        Window(stage_of(busy, "nc"), 480, speed)
-
-
 few = {"decision_period": 1, "max_cycles": 40, "physics": "kinematic"}
 
 
