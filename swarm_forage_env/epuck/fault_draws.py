@@ -84,12 +84,9 @@ def draw_fault(
     for kind in range(N_KINDS):
         has_it = out_fault.is_named[kind] != 0 or is_drawn(numbers, seed, i, n_robots, kind)
         out_fault.kinds[kind] = 1 if has_it else 0
-        out_fault.starts[kind] = numbers.starts[kind]
-    out_fault.talks_when_dead = numbers.talks_when_dead
     side = side_of(word ^ OF_SIDE_OF_WEAR)
     out_fault.path_misread[0] = 1.0 + numbers.bias * side
     out_fault.path_misread[1] = 1.0 - numbers.bias * side
-    out_fault.noise_factor = numbers.noise_factor
     make_lie(numbers, seed, word, out_fault)
 
 
@@ -122,7 +119,6 @@ def make_lie(numbers: FaultNumbers, seed: np.uint64, word: np.uint64, out_fault:
     lie = out_fault.lie
     lie.turn, lie.p = numbers.turn * side_of(own ^ OF_SIDE_OF_LIE), numbers.p
     lie.has_own_p, lie.is_place = numbers.own_p, numbers.agreed == PLACE_AGREED
-    out_fault.lie_probability = numbers.probability
     for area in range(2):
         lie.place[area, 0] = lie.place[area, 1] = 0.0
         if numbers.agreed == PLACE_AGREED:
@@ -154,9 +150,9 @@ def false_place(numbers: FaultNumbers, word: np.uint64, area: int) -> tuple[floa
 def update_faults(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> None:
     """Let the faults of a robot begin whose time has come, and see its lie from where it stands."""
     for kind in range(N_KINDS):
-        has_begun = fault.kinds[kind] and world.ticks >= fault.starts[kind]
+        has_begun = fault.kinds[kind] and world.ticks >= world.faults.starts[kind]
         robot.is_faulty[kind] = 1 if has_begun else 0
-    is_gone = bool(robot.is_faulty[DEAD]) and not fault.talks_when_dead
+    is_gone = bool(robot.is_faulty[DEAD]) and not world.faults.talks_when_dead
     robot.is_silent = is_gone or bool(robot.is_faulty[MUTE])
     if robot.is_faulty[LIAR]:
         see_lie(robot, fault)
@@ -181,8 +177,9 @@ def is_stale(robot: EpuckState) -> bool:
 
 
 @kernel
-def is_lying(robot: EpuckState, fault: Fault) -> bool:
+def is_lying(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> bool:
     """The message that the robot just composed is to be a lie, as is drawn for every message."""
     if not robot.is_faulty[LIAR]:
         return False
-    return fault.lie_probability >= 1.0 or unit(fault.stream, 0) < fault.lie_probability
+    probability = world.faults.probability
+    return probability >= 1.0 or unit(fault.stream, 0) < probability

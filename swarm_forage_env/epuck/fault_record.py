@@ -27,15 +27,16 @@ class FaultNumbers(Record):
     share: Float64[Array, " kinds"] = field(np.float64, N_KINDS)
     """Share of the robots that are drawn to have this fault, in the order of KINDS."""
     starts: Int32[Array, " kinds"] = field(np.int32, N_KINDS, unit="ticks")
+    """Tick from whose end on a fault is in effect."""
     talks_when_dead: bool = field(np.bool_)
     own_p: bool = field(np.bool_)
     agreed: int = field(np.int8)
     bias: float = field(np.float64)
-    noise_factor: float = field(np.float64)
+    noise_factor: float = field(np.float32)
     turn: float = field(np.float64, unit="rad")
     shift: float = field(np.float64, unit="m")
     p: float = field(np.float64, unit="m")
-    probability: float = field(np.float64)
+    probability: float = field(np.float32)
     false_place_distance: float = field(np.float64, unit="m")
     arena: Float64[Array, "2"] = field(np.float64, 2, unit="m")
     areas: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
@@ -67,20 +68,12 @@ class Fault(Record):
     """The scenario says so, whatever is drawn. Writer: the scenario."""
     kinds: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
     """The robot has this fault, or will have it, in the order of KINDS. Writer: reset."""
-    starts: Int32[Array, " kinds"] = field(np.int32, N_KINDS, unit="ticks")
-    """Tick from whose end on the fault is in effect. Writer: reset."""
-    talks_when_dead: bool = field(np.bool_)
-    """Its radio survives its motors. Writer: reset."""
     path_misread: Float32[Array, "2"] = field(np.float32, 2)
     """Worn: what the encoder of the left and right wheel tells, as a share of its true path.
     Writer: reset."""
-    noise_factor: float = field(np.float32)
-    """Worn: the noise of its encoders, times the usual. Writer: reset."""
     lie: Lie = field(Lie)
     """What it tells while it lies. Writers: reset, tick."""
     lie_in_arena: Float32[Array, "areas 2"] = field(np.float32, 2, 2, unit="m")
     """The shift or the place of the lie, world frame. Writer: reset."""
-    lie_probability: float = field(np.float32)
-    """How likely each message is a lie. Writer: reset."""
     stream: UInt64[Array, "1"] = field(np.uint64, 1)
     """Random stream, which only faults draw from. Writers: reset, observe."""

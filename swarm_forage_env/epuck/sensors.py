@@ -56,7 +56,7 @@ def read_encoders(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> No
     dU_l, dU_r, error = robot.wheels[0] * world.dt, robot.wheels[1] * world.dt, world.encoder_error
     if robot.is_faulty[WORN]:
         dU_l, dU_r = dU_l * fault.path_misread[0], dU_r * fault.path_misread[1]
-        error *= fault.noise_factor
+        error *= world.faults.noise_factor
     dU_l = encoder(dU_l, error, robot.streams, ENCODER)
     dU_r = encoder(dU_r, error, robot.streams, ENCODER)
     distance, turn = wheels_to_arc(dU_l, dU_r, world.axle)

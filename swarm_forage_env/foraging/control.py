@@ -20,7 +20,7 @@ from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.equations.elementary import atan2
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.foraging.inputs import clear_exchange, goal_of
-from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
+from swarm_forage_env.foraging.records import Exchange, RobotState, Situation, WorldState
 from swarm_forage_env.interface import CORRECT, COURSE, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
@@ -70,12 +70,14 @@ def is_asked(exchange: Exchange, area: int, numbers: Record) -> bool:
 
 
 @row_template
-def compose_message(robot: RobotState, fault: Fault, mind: Mind, numbers: Numbers) -> None:
+def compose_message(
+    robot: RobotState, fault: Fault, world: WorldState, mind: Mind, numbers: Numbers
+) -> None:
     """Compose the message of a robot that somebody listens to; faults change what was composed."""
     compose(mind, numbers)
     if is_stale(robot):
         repeat(mind)
-    if is_lying(robot, fault):
+    if is_lying(robot, fault, world):
         falsify(mind, fault.lie)
 
 
@@ -108,7 +110,7 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
     Messages to which somebody listens are composed before anybody's estimate moves. Robots that
     have the same numbers share the one column of `settings`.
     """
-    swarm, faults = world_arrays[0][w], world_arrays[6][w]
+    swarm, world, faults = world_arrays[0][w], world_arrays[1][w], world_arrays[6][w]
     minds, shared = layer_arrays[0][w], layer_arrays[2][w]
     own, last = layer_arrays[3][w], layer_arrays[3].shape[1] - 1
     for i in range(lane(), n_robots, lanes()):
@@ -116,7 +118,8 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
     barrier()
     for i in range(lane(), n_robots, lanes()):
         if minds[i].is_heard:
-            compose_message(swarm[i], faults[i], minds[i], own[min(i, last)].estimator)
+            numbers = own[min(i, last)]
+            compose_message(swarm[i], faults[i], world, minds[i], numbers.estimator)
             minds[i].is_heard, minds[i].is_composed = False, True
     barrier()
     for i in range(lane(), n_robots, lanes()):
