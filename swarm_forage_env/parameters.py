@@ -1,9 +1,18 @@
 """Parameters: frozen models that refuse nonsense, and how single numbers of them are changed."""
 
+import json
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
@@ -38,6 +47,16 @@ class Parameters(BaseModel):
     """A frozen group of numbers that refuses what it does not know, NaN and infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def list_from_text(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401 whatever was given
+    """A list that a command line gives as text; ValueError where that is no JSON."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return json.loads(given)
+    except json.JSONDecodeError:
+        raise ValueError(f"{info.field_name}={given}: must be a list in JSON, as [1, 2]") from None
 
 
 class BaseTask(Parameters):

@@ -170,7 +170,7 @@ class Scene:
     round_trips: Int32[Array, " robots"]
     """Completed trips nest -> prey -> nest of each robot so far."""
     on_path: float
-    """Share of the robots that is on the path now, as `metrics.knows_both_areas_now` defines it."""
+    """Share of the robots that is on the path now, as `metrics.knows_both_areas_share` says."""
     faulty: Bool[Array, " robots"] | None = None
     """A fault of the robot is in effect; None where no robot can be faulty."""
     localised: Localised | None = None

@@ -21,11 +21,11 @@ that a robot may have several faults.
 
 import math
 from collections.abc import Iterator
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from swarm_forage_env.parameters import NotNegative, Parameters, Share
+from swarm_forage_env.parameters import NotNegative, Parameters, Share, list_from_text
 
 FALSIFYING = ("liar", "stale")
 """Kinds that change what a robot tells."""
@@ -47,13 +47,7 @@ class FaultKind(Parameters):
         """Some robots may have it."""
         return self.share > 0.0 or bool(self.robots)
 
-    @field_validator("robots", mode="before")
-    @classmethod
-    def _from_text(cls, robots: Any) -> Any:  # noqa: ANN401 whatever was given
-        if not isinstance(robots, str):
-            return robots
-        listed = robots.strip().removeprefix("[").removesuffix("]")
-        return tuple(each.strip() for each in listed.split(",") if each.strip())
+    _from_text = field_validator("robots", mode="before")(list_from_text)
 
     @model_validator(mode="after")
     def _says_one(self) -> "FaultKind":

@@ -1,8 +1,7 @@
 """A scenario of e-pucks: every number that a world of them has, whatever their task is."""
 
-import json
 from collections.abc import Sequence
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -11,7 +10,7 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.epuck.faults import Faults
 from swarm_forage_env.epuck.obstacles import ROUNDING, Obstacle, Point, check_clear
 from swarm_forage_env.epuck.parts import Arena, Mission, Radio, Robot, Sensors
-from swarm_forage_env.parameters import MIN_TICK, BaseScenario, Positive
+from swarm_forage_env.parameters import MIN_TICK, BaseScenario, Positive, list_from_text
 
 MAX_START_DENSITY = 0.45
 """Share of the start circle that robots may cover; random placement jams at 0.547."""
@@ -91,9 +90,6 @@ def check_obstacles(
     check_clear("the start circle", (0.0, 0.0), start_radius + robot.radius, every, corners)
 
 
-AN_OBSTACLE = '[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]'
-
-
 class EpuckScenario(BaseScenario):
     """Everything that fixes a world of e-pucks but its seed; a task replaces `task` by its own."""
 
@@ -111,17 +107,7 @@ class EpuckScenario(BaseScenario):
         (), description="Discs and walls inside the arena [m]. Not in the papers (chosen)"
     )
 
-    @field_validator("obstacles", mode="before")
-    @classmethod
-    def _from_text(cls, obstacles: Any) -> Any:  # noqa: ANN401 whatever was given
-        if not isinstance(obstacles, str):
-            return obstacles
-        try:
-            return json.loads(obstacles)
-        except json.JSONDecodeError:
-            raise ValueError(
-                f"obstacles={obstacles}: must be a list in JSON, as {AN_OBSTACLE}"
-            ) from None
+    _from_text = field_validator("obstacles", mode="before")(list_from_text)
 
     @model_validator(mode="after")
     def _has_room_for_robots(self) -> Self:

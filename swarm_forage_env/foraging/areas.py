@@ -73,8 +73,7 @@ def write_areas(areas: Sequence[Area], tick: float, out_worlds: Array) -> None:
         out_worlds["areas"][..., k, :] = out_worlds["first_places"][..., k, :] = area.centre
         out_worlds["kinds"][..., k] = KINDS.index(area.kind)
         out_worlds["worths"][..., k] = area.worth
-        is_still = area.moves_at is None
-        moves_at = NEVER if is_still else move_tick(area.moves_at or 0.0, tick)
+        moves_at = NEVER if area.moves_at is None else move_tick(area.moves_at, tick)
         out_worlds["moves_at"][..., k] = moves_at
         out_worlds["moves_to"][..., k, :] = area.centres[-1]
 

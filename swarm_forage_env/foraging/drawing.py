@@ -7,7 +7,6 @@ from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.drawing import bodies, walls
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.areas import KINDS, move_tick
-from swarm_forage_env.foraging.metrics import knows_both_areas_now
 from swarm_forage_env.foraging.records import RobotState, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
@@ -60,7 +59,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
         fields["doing"][robots.leg == TO_NEST] = TO_THE_NEST
         fields["doing"][robots.leg == TO_PREY] = TO_THE_PREY
     fields["round_trips"] = robots.round_trips.copy()
-    fields["on_path"] = float(knows_both_areas_now(robots.known, 1)[0])
+    fields["on_path"] = float(robots.known.all(axis=1).mean())
     return Scene(**fields)
 
 

@@ -6,7 +6,7 @@ localisation error, which is sampled often, takes records.
 
 import numpy as np
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float64, Int8, Int32, Int64
+from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float64, Int32, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
@@ -31,13 +31,6 @@ def knows_both_areas_share(
     """
     counted = max(1, n_ticks - n_ticks // 2)
     return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)
-
-
-def knows_both_areas_now(
-    known: Int8[Array, "rows areas"], n_worlds: int
-) -> Float64[Array, " worlds"]:
-    """Share of the robots that is on the path at this moment, as `on_path_share` defines it."""
-    return np.asarray(known.all(axis=1).reshape(n_worlds, -1).mean(axis=1))
 
 
 def recruited_at(
@@ -110,10 +103,7 @@ def add_errors(  # noqa: PLR0913 what is read, and what is written
 def count_on_path(
     robots: Array, at: int, out: Int32[Array, "worlds moments"], which: tuple[int, int]
 ) -> None:
-    """Write how many robots of some worlds are on the path at this moment.
-
-    `knows_both_areas_now` is their share. Free names: lanes.
-    """
+    """Write how many robots of some worlds are on the path at this moment. Free names: lanes."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for i in range(robots.shape[1] if lane() == 0 else 0):
             robot = robots[w, i]

@@ -1,7 +1,7 @@
 """A scenario of foraging: that of e-pucks, and a nest and a prey area. Origins: `epuck.parts`."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -52,10 +52,7 @@ class Scenario(EpuckScenario):
     @model_validator(mode="after")
     def _has_room_for_areas(self) -> Self:
         task, arena = self.task, self.arena
-        if task.areas:
-            _check_own_areas(task, arena)
-        else:
-            _check_two_areas(task, arena)
+        _check_areas(task, arena, task.areas or self.places)
         if self.obstacles or arena.corners:
             for area in self.places:
                 for centre in area.centres:
@@ -87,39 +84,20 @@ class Scenario(EpuckScenario):
         return 0.5 * self.task.area_distance
 
 
-def _check_two_areas(task: Task, arena: Arena) -> None:
-    widest = 0.5 * min(arena.length, arena.width)
-    farthest = arena.length - 2.0 * task.area_radius
-    broken = ""
-    if task.area_radius > widest:
-        broken = f"area_radius may be at most {widest:g}"
-    elif task.area_distance > farthest + ROUNDING:
-        broken = f"area_distance may be at most {farthest:g}"
-    if broken:
-        raise ValueError(
-            f"task.area_distance={task.area_distance}, task.area_radius={task.area_radius}: areas"
-            f" outside the arena of {arena.length} x {arena.width} m; {broken} [m]"
-        )
-    nearest = 2.0 * (task.start_radius + task.area_radius)
-    if task.area_distance < nearest - ROUNDING:
-        raise ValueError(
-            f"task.area_distance={task.area_distance}: the areas reach into the start circle of"
-            f" radius {task.start_radius} m; must be at least {nearest:g} [m]"
-        )
-
-
-def _check_own_areas(task: Task, arena: Arena) -> None:
-    for number, area in enumerate(task.areas):
-        what = f"task.areas[{number}]: the {area.kind} area of radius {task.area_radius} m"
+def _check_areas(task: Task, arena: Arena, places: Sequence[Area]) -> None:
+    """ValueError for an area outside the arena, on another one, or in the start circle."""
+    half_x, half_y = 0.5 * arena.length, 0.5 * arena.width
+    for number, area in enumerate(places):
+        given = f"areas[{number}]" if task.areas else f"area_distance={task.area_distance}"
+        what = f"task.{given}: the {area.kind} area of radius {task.area_radius} m"
         for x, y in area.centres:
-            far_x, far_y = 0.5 * arena.length, 0.5 * arena.width
-            if max(abs(x) - far_x, abs(y) - far_y) + task.area_radius > ROUNDING:
+            if max(abs(x) - half_x, abs(y) - half_y) + task.area_radius > ROUNDING:
                 raise ValueError(
                     f"{what} about ({x:g}, {y:g}) lies outside the arena of {arena.length} x"
-                    f" {arena.width} m; move it inside"
+                    f" {arena.width} m; move it inside, or make it smaller"
                 )
             for other in range(number):
-                apart = min(math.dist((x, y), centre) for centre in task.areas[other].centres)
+                apart = min(math.dist((x, y), centre) for centre in places[other].centres)
                 if apart < 2.0 * task.area_radius - ROUNDING:
                     raise ValueError(
                         f"{what} about ({x:g}, {y:g}) overlaps task.areas[{other}], where that is"

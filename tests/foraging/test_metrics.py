@@ -4,7 +4,6 @@ import numpy as np
 
 from swarm_forage_env.foraging.episode import LocalisationErrorMeter
 from swarm_forage_env.foraging.metrics import (
-    knows_both_areas_now,
     knows_both_areas_share,
     recruited_at,
 )
@@ -30,11 +29,6 @@ def test_robots_report_what_their_estimator_knows_and_the_next_tick_counts_it(ru
         loop.step()
     np.testing.assert_array_equal(state.path_ticks, expected)
     assert expected.sum() > 0
-
-
-def test_the_share_on_the_path_now_is_that_of_the_robots_who_know_both_areas():
-    known = np.array([[True, True], [True, False], [True, True], [True, True]])
-    assert knows_both_areas_now(known, 2).tolist() == [0.5, 1.0]
 
 
 def test_recruits_are_told_in_the_order_in_which_they_had_visited_both_areas():
