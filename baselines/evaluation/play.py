@@ -355,7 +355,7 @@ def _scenario(loop: Loop) -> Scenario:
 
 def _names_kept(loop: Loop) -> tuple[str, ...]:
     """The arrays of which the image of a world consists; the scenario may name faulty robots."""
-    is_named = any(kind.robots for _, kind in _scenario(loop).faults.kinds())
+    is_named = any(kind.robots for _, kind in _scenario(loop).faults)
     return (*KEPT, "faults") if is_named else KEPT
 
 

@@ -4,13 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.world import EpuckWorld
-from swarm_forage_env.scene import Outline, Scene, Stage, without_beliefs
-
-DRIVING = ("driving", "", "", "", "")
-"""What a robot without an estimator is doing, by the codes of `Scene.doing`."""
+from swarm_forage_env.scene import Outline
 
 
 def walls(scenario: EpuckScenario) -> dict[str, Any]:
@@ -34,21 +30,6 @@ def walls(scenario: EpuckScenario) -> dict[str, Any]:
     }
 
 
-def stage(scenario: EpuckScenario, controller: str, headings: tuple[str, str]) -> Stage:
-    """The stage of a scenario, moved by what is named so; the headings are of score and share."""
-    centres = scenario.areas
-    return Stage(
-        controller=controller,
-        areas=centres,
-        kinds=(0,) * len(centres),
-        names=("",) * len(centres),
-        area_radius=scenario.area_radius,
-        states=DRIVING,
-        headings=headings,
-        **walls(scenario),
-    )
-
-
 def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
     """What a scene holds of the robots of one world: where they are, and who heard whom."""
     robots = world.robots[which].view(np.recarray)
@@ -60,9 +41,3 @@ def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
         "messages": np.stack([heard.sender[receiver, slot], receiver], axis=1).astype(np.int32),
         "faulty": robots.is_faulty.any(axis=1) if has_faults else None,
     }
-
-
-def scene(world: EpuckWorld, which: int, score: Int32[Array, " robots"], share: float) -> Scene:
-    """One world of a block as it stands, with the score of each robot, and a share in [0, 1]."""
-    counted = {"round_trips": score, "on_path": share}
-    return Scene(**without_beliefs(world.n_robots) | bodies(world, which) | counted)

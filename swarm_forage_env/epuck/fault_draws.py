@@ -18,7 +18,6 @@ from swarm_forage_env.epuck.fault_record import (
     N_KINDS,
     NOT_AGREED,
     PLACE_AGREED,
-    STALE,
     TURN_AGREED,
     Fault,
     FaultNumbers,
@@ -44,7 +43,7 @@ AGREED = {"no": NOT_AGREED, "turn": TURN_AGREED, "place": PLACE_AGREED}
 def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -> None:
     """Write the numbers of a scenario's faults, as kernels read them."""
     faults, areas = scenario.faults, scenario.areas
-    for column, (_, kind) in enumerate(faults.kinds()):
+    for column, (_, kind) in enumerate(faults):
         out_numbers["share"][..., column] = kind.share
         start = min(round(kind.at / scenario.tick), scenario.n_ticks + 1)
         out_numbers["starts"][..., column] = start
@@ -70,7 +69,7 @@ def name_faulty(scenario: EpuckScenario, out_faults: Array) -> None:
     All else is at its first value.
     """
     Fault.restart(out_faults)
-    for column, (_, kind) in enumerate(scenario.faults.kinds()):
+    for column, (_, kind) in enumerate(scenario.faults):
         out_faults["is_named"][:, list(kind.robots), column] = 1
 
 
@@ -168,12 +167,6 @@ def see_lie(robot: EpuckState, fault: Fault) -> None:
             x, y = x - robot.pose[0], y - robot.pose[1]
         ahead, left = to_body(x, y, c, s)
         fault.lie.place[area, 0], fault.lie.place[area, 1] = ahead, left
-
-
-@kernel
-def is_stale(robot: EpuckState) -> bool:
-    """The robot repeats what it told."""
-    return bool(robot.is_faulty[STALE])
 
 
 @kernel

@@ -20,7 +20,6 @@ that a robot may have several faults.
 """
 
 import math
-from collections.abc import Iterator
 from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -57,14 +56,6 @@ class FaultKind(Parameters):
                 " or how large a share of them, not both"
             )
         return self
-
-    def check_robots(self, name: str, n_robots: int) -> None:
-        """ValueError if there are no such robots."""
-        if len(set(self.robots)) < len(self.robots) or not set(self.robots) <= set(range(n_robots)):
-            raise ValueError(
-                f"faults.{name}.robots={list(self.robots)}: must be different numbers from 0 to"
-                f" {n_robots - 1}"
-            )
 
 
 class Dead(FaultKind):
@@ -146,7 +137,7 @@ class Stale(FaultKind):
 
 
 class Faults(Parameters):
-    """Robots that fail, by kind of fault; none by default."""
+    """Robots that fail, by kind of fault, in the order of KINDS; none by default."""
 
     dead: Dead = Dead()
     worn: Worn = Worn()
@@ -156,21 +147,22 @@ class Faults(Parameters):
     liar: Liar = Liar()
     stale: Stale = Stale()
 
-    def kinds(self) -> Iterator[tuple[str, FaultKind]]:
-        """Every kind of fault by name, in the order of KINDS."""
-        return iter(self)
-
     @property
     def is_any(self) -> bool:
         """Some robots may be faulty."""
-        return any(kind.is_any for _, kind in self.kinds())
+        return any(kind.is_any for _, kind in self)
 
     @property
     def falsifying(self) -> tuple[str, ...]:
         """The kinds among them that change what a robot tells, by dotted name."""
-        return tuple(f"faults.{k}" for k, kind in self.kinds() if k in FALSIFYING and kind.is_any)
+        return tuple(f"faults.{k}" for k, kind in self if k in FALSIFYING and kind.is_any)
 
     def check_robots(self, n_robots: int) -> None:
         """ValueError if robots are named that a swarm of this size has not."""
-        for name, kind in self.kinds():
-            kind.check_robots(name, n_robots)
+        for name, kind in self:
+            named = kind.robots
+            if len(set(named)) < len(named) or not set(named) <= set(range(n_robots)):
+                raise ValueError(
+                    f"faults.{name}.robots={list(named)}: must be different numbers from 0 to"
+                    f" {n_robots - 1}"
+                )

@@ -44,8 +44,6 @@ from swarm_forage_env.templates import row_template
 brightness_at: Kernel
 """Free name of the row template: what the task's floor looks like."""
 
-_ROUNDING = 1.0 + 1e-12
-
 
 @kernel
 def read_encoders(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> None:
@@ -196,14 +194,11 @@ def receive_messages(swarm: Array, i: int, near: Neighbours, world: EpuckWorldSt
     Of more messages than slots, each is equally likely to be heard (reservoir sampling).
     """
     robot, arrived = swarm[i], 0
-    far_squared = world.max_range * world.max_range * _ROUNDING
     for k in range(FIRST, FIRST + near[i, COUNT]):
         sender = swarm[near[i, k]]
-        dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
-        is_on_air = sender.command.is_speaking and not sender.is_silent
-        if not is_on_air or dx * dx + dy * dy > far_squared:
+        if not sender.command.is_speaking or sender.is_silent:
             continue
-        d = hypot(dx, dy)
+        d = hypot(sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1])
         if d > world.max_range:
             continue
         lost = loss(d, world.full_reception_range, world.max_range, world.loss_near, world.loss_far)

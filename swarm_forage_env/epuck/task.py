@@ -5,7 +5,7 @@ policy of `learn="motion"` too, uses what the sensors report. Every face, comman
 GPU, then run the task.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -16,7 +16,7 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.epuck.control import steer_world
-from swarm_forage_env.epuck.drawing import scene, stage
+from swarm_forage_env.epuck.drawing import bodies, walls
 from swarm_forage_env.epuck.records import (
     Action,
     Command,
@@ -30,11 +30,11 @@ from swarm_forage_env.epuck.surroundings import list_by_robots
 from swarm_forage_env.epuck.world import EpuckWorld
 from swarm_forage_env.equations.differential_drive import drive_to_wheels, drive_v1_to_wheels
 from swarm_forage_env.global_state import GlobalState, TrajectoryColumn, TrajectoryKind
-from swarm_forage_env.interface import Kernel, RunningController
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import layout_of, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.record import Record
-from swarm_forage_env.scene import Scene
+from swarm_forage_env.scene import Scene, Stage, without_beliefs
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import TASKS, Task
 
@@ -78,6 +78,9 @@ MOTION = PolicyInterface(
 """The motion of a robot without an estimator: it sees what the sensors say, and who is near."""
 
 
+DRIVING = ("driving", "", "", "", "")
+"""What a robot without an estimator is doing, by the codes of `Scene.doing`."""
+
 FAMILY = "epuck"
 """Layers that are made for it run in every task that is made here."""
 
@@ -110,14 +113,15 @@ class EpuckTask:
     """What the score and the share are called that a picture shows."""
     shown: Callable[[Any, int], tuple[Array, float]]
     """The score of each robot of one world, a whole number, and a share in [0, 1]."""
+
     infos: tuple[str, ...] = ("messages",)
     """What is logged of each robot, by name."""
     log: Kernel = log_messages
     """Writes it: of a robot, what it keeps, its world, and the row of numbers."""
 
-    def made(self) -> Task:
-        """The task as the rest of the code knows it."""
-        return Task(
+    def register(self) -> Task:
+        """Enter the task, as the rest of the code knows it, under its name."""
+        task = Task(
             name=self.name,
             family=FAMILY,
             scenario=self.scenario,
@@ -132,34 +136,37 @@ class EpuckTask:
             gpu=ON_GPU,
             global_state=partial(SwarmState, self.infos, self.log),
             episode=self.episode,
-            drawing=(partial(stage, headings=self.headings), self._scene),
+            drawing=(self._stage, self._scene),
             trajectory=TRAJECTORY,
         )
+        return TASKS.register(self.name)(task)
 
-    def register(self) -> Task:
-        """Enter the task under its name."""
-        return TASKS.register(self.name)(self.made())
+    def _stage(self, scenario: EpuckScenario, controller: str) -> Stage:
+        centres = scenario.areas
+        return Stage(
+            controller=controller,
+            areas=centres,
+            kinds=(0,) * len(centres),
+            names=("",) * len(centres),
+            area_radius=scenario.area_radius,
+            states=DRIVING,
+            headings=self.headings,
+            **walls(scenario),
+        )
 
     def _scene(self, world: EpuckWorld, minds: Array, which: int = 0) -> Scene:
         score, share = self.shown(world, which)
-        return scene(world, which, score.astype(np.int32), float(share))
+        counted = {"round_trips": score.astype(np.int32), "on_path": float(share)}
+        return Scene(**without_beliefs(world.n_robots) | bodies(world, which) | counted)
 
 
 class SwarmState(GlobalState):
     """What is true in a block of worlds, flat: where each robot is, and the time."""
 
-    def __init__(
-        self,
-        infos: tuple[str, ...],
-        log: Kernel,
-        world: EpuckWorld,
-        controller: RunningController,
-        agents: Sequence[str],
-        scenario: EpuckScenario,
-    ) -> None:
+    def __init__(self, infos: tuple[str, ...], log: Kernel, *of_worlds: Any) -> None:  # noqa: ANN401 as the base
         """The truth about these worlds, of whose robots these infos are logged."""
-        super().__init__(world, controller, agents, scenario)
         self.infos, self.logs = infos, (log, log)
+        super().__init__(*of_worlds)
 
     def robot_features(self) -> list[Feature]:
         """Where a robot is, and its heading."""

@@ -13,8 +13,8 @@ from typing import Any
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import apply_wheels
-from swarm_forage_env.epuck.fault_draws import is_lying, is_stale
-from swarm_forage_env.epuck.fault_record import Fault
+from swarm_forage_env.epuck.fault_draws import is_lying
+from swarm_forage_env.epuck.fault_record import STALE, Fault
 from swarm_forage_env.epuck.records import Action
 from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.equations.elementary import atan2
@@ -75,7 +75,7 @@ def compose_message(
 ) -> None:
     """Compose the message of a robot that somebody listens to; faults change what was composed."""
     compose(mind, numbers)
-    if is_stale(robot):
+    if robot.is_faulty[STALE]:
         repeat(mind)
     if is_lying(robot, fault, world):
         falsify(mind, fault.lie)

@@ -146,7 +146,7 @@ def test_nonsense_is_refused(numbers, message):
 def test_every_kind_has_a_part_of_its_name_that_cites_its_source():
     faults = find_scenario("es1").faults
     assert tuple(type(faults).model_fields) == KINDS
-    for _, kind in faults.kinds():
+    for _, kind in faults:
         assert "Source: " in (type(kind).__doc__ or "")
         assert all(field.description for field in type(kind).model_fields.values())
 
