@@ -99,39 +99,7 @@ def is_inside(place: Point, corners: Sequence[Point]) -> bool:
     return crossings % 2 == 1
 
 
-def check_corners(corners: Sequence[Point], length: float, width: float) -> None:
-    """ValueError if these are no corners of an outer wall inside an arena of these sides [m]."""
-    if 0 < len(corners) < 3:
-        raise ValueError(f"arena.corners={list(corners)}: a polygon has at least 3 corners")
-    for x, y in corners:
-        if abs(x) > 0.5 * length or abs(y) > 0.5 * width:
-            raise ValueError(
-                f"arena.corners: ({x:g}, {y:g}) lies outside the arena of {length:g} x {width:g} m"
-                " about the origin; enlarge arena.length or arena.width"
-            )
-
-
-def check_clear(
-    what: str, centre: Point, radius: float, every: Sequence[Obstacle], corners: Sequence[Point]
-) -> None:
-    """ValueError if a circle [m] touches an obstacle or the outer wall, or lies beyond them.
-
-    `what` names the circle in the message.
-    """
-    where = f"{what} about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
-    if corners and not is_inside(centre, corners):
-        raise ValueError(f"{where} lies outside of arena.corners; move it inside")
-    for number, obstacle in enumerate(every):
-        closed = obstacle.is_closed and is_inside(centre, obstacle.points)
-        if closed or _distance(centre, capsules_of([obstacle], ())) < radius - ROUNDING:
-            raise ValueError(
-                f"{where} overlaps obstacles[{number}] at {list(obstacle.points)}; move one of them"
-            )
-    if _distance(centre, capsules_of((), corners)) < radius - ROUNDING:
-        raise ValueError(f"{where} overlaps the wall along arena.corners; move it inside")
-
-
-def _distance(place: Point, capsules: Capsules) -> float:
+def distance_from(place: Point, capsules: Capsules) -> float:
     """From a place to the nearest capsule [m]; infinite if there is none."""
     return min(
         (math.hypot(*from_axis(*place, capsule)) - capsule[4] for capsule in capsules),

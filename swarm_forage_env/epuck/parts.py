@@ -10,7 +10,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from swarm_forage_env.epuck.obstacles import Point, check_corners
+from swarm_forage_env.epuck.obstacles import Point
 from swarm_forage_env.parameters import BaseTask, Count, NotNegative, Parameters, Positive, Share
 
 
@@ -27,7 +27,16 @@ class Arena(Parameters):
 
     @model_validator(mode="after")
     def _has_its_corners_inside(self) -> Self:
-        check_corners(self.corners, self.length, self.width)
+        if 0 < len(self.corners) < 3:
+            raise ValueError(
+                f"arena.corners={list(self.corners)}: a polygon has at least 3 corners"
+            )
+        for x, y in self.corners:
+            if abs(x) > 0.5 * self.length or abs(y) > 0.5 * self.width:
+                raise ValueError(
+                    f"arena.corners: ({x:g}, {y:g}) lies outside the arena of {self.length:g} x"
+                    f" {self.width:g} m about the origin; enlarge arena.length or arena.width"
+                )
         return self
 
 

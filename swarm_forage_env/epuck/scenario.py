@@ -1,6 +1,5 @@
 """A scenario of e-pucks: every number that a world of them has, whatever their task is."""
 
-from collections.abc import Sequence
 from typing import ClassVar, Self
 
 import numpy as np
@@ -8,7 +7,14 @@ from pydantic import Field, field_validator, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.epuck.faults import Faults
-from swarm_forage_env.epuck.obstacles import ROUNDING, Obstacle, Point, check_clear
+from swarm_forage_env.epuck.obstacles import (
+    ROUNDING,
+    Obstacle,
+    Point,
+    capsules_of,
+    distance_from,
+    is_inside,
+)
 from swarm_forage_env.epuck.parts import Arena, Mission, Radio, Robot, Sensors
 from swarm_forage_env.parameters import MIN_TICK, BaseScenario, Positive, list_from_text
 
@@ -25,69 +31,6 @@ MAX_CELLS, MAX_NEIGHBOURS = 10**7, 10**8
 MAX_STEP_BY_OBSTACLES = 0.5
 """A robot drives less than this share of its radius in a tick where there are obstacles, so that
 no contact moves its centre across a wall."""
-
-
-def check_start(task: Mission, arena: Arena, radius: float) -> None:
-    """ValueError if robots of this radius [m] would start outside the arena or too close."""
-    widest = 0.5 * min(arena.length, arena.width) - radius
-    if task.start_radius > widest + ROUNDING:
-        raise ValueError(
-            f"task.start_radius={task.start_radius}: robots would start outside the arena;"
-            f" must be at most {widest:g} [m]"
-        )
-    fit = max(1, int(MAX_START_DENSITY * ((task.start_radius + radius) / radius) ** 2))
-    if task.n_robots > fit:
-        raise ValueError(
-            f"task.n_robots={task.n_robots}: at most {fit} robots of radius {radius} m fit into the"
-            f" start circle of radius {task.start_radius} m; enlarge task.start_radius"
-        )
-
-
-def check_speed(robot: Robot, tick: float) -> None:
-    """ValueError if a robot could drive through another within a tick [s]."""
-    limit = MAX_STEP * robot.radius / tick
-    if robot.cruise_speed > limit + ROUNDING:
-        raise ValueError(
-            f"robot.cruise_speed={robot.cruise_speed}: at most {limit:g} [m/s], {MAX_STEP} radii of"
-            f" {robot.radius} m in a tick of {tick} s, so that no robot drives through"
-            " another; shorten tick"
-        )
-
-
-def check_memory(arena: Arena, robot: Robot, radio: Radio, n_robots: int) -> None:
-    """ValueError for a world whose lists of neighbours would not fit into memory."""
-    radius = robot.radius
-    reach = max(radio.max_range, 2.0 * radius)
-    if arena.length * arena.width / reach**2 > MAX_CELLS:
-        raise ValueError(
-            f"arena.length={arena.length}, arena.width={arena.width}: at most {MAX_CELLS} squares"
-            f" of the radio's range, {reach:g} m; make the arena smaller or radio.max_range larger"
-        )
-    each = max(radio.slots, min(n_robots, 2.0 * (reach / radius + 1.0) ** 2))
-    if n_robots * each > MAX_NEIGHBOURS:
-        raise ValueError(
-            f"task.n_robots={n_robots}: with {each:.0f} neighbours or slots each; robots times"
-            f" neighbours may be at most {MAX_NEIGHBOURS}; take fewer robots, a smaller"
-            " radio.max_range or fewer radio.slots"
-        )
-
-
-def check_obstacles(
-    start_radius: float,
-    robot: Robot,
-    tick: float,
-    every: Sequence[Obstacle],
-    corners: Sequence[Point],
-) -> None:
-    """ValueError if obstacles reach into the start circle [m], or a robot could pass through."""
-    way = robot.max_speed * tick
-    if way > MAX_STEP_BY_OBSTACLES * robot.radius:
-        fastest = MAX_STEP_BY_OBSTACLES * robot.radius / tick
-        raise ValueError(
-            f"robot.max_speed={robot.max_speed}: a robot could pass through a wall within a tick of"
-            f" {tick} s; beside obstacles at most {fastest:g} [m/s]"
-        )
-    check_clear("the start circle", (0.0, 0.0), start_radius + robot.radius, every, corners)
 
 
 class EpuckScenario(BaseScenario):
@@ -111,14 +54,84 @@ class EpuckScenario(BaseScenario):
 
     @model_validator(mode="after")
     def _has_room_for_robots(self) -> Self:
-        task, robot, arena = self.task, self.robot, self.arena
-        check_start(task, arena, robot.radius)
-        check_speed(robot, self.tick)
-        check_memory(arena, robot, self.radio, task.n_robots)
-        if self.obstacles or arena.corners:
-            check_obstacles(task.start_radius, robot, self.tick, self.obstacles, arena.corners)
-        self.faults.check_robots(task.n_robots)
+        self._check_start()
+        self._check_speed()
+        self._check_memory()
+        if self.obstacles or self.arena.corners:
+            clear = self.task.start_radius + self.robot.radius
+            self._check_clear("the start circle", (0.0, 0.0), clear)
+        self.faults.check_robots(self.task.n_robots)
         return self
+
+    def _check_start(self) -> None:
+        """ValueError if robots would start outside the arena or too close to each other."""
+        task, arena, radius = self.task, self.arena, self.robot.radius
+        widest = 0.5 * min(arena.length, arena.width) - radius
+        if task.start_radius > widest + ROUNDING:
+            raise ValueError(
+                f"task.start_radius={task.start_radius}: robots would start outside the arena;"
+                f" must be at most {widest:g} [m]"
+            )
+        fit = max(1, int(MAX_START_DENSITY * ((task.start_radius + radius) / radius) ** 2))
+        if task.n_robots > fit:
+            raise ValueError(
+                f"task.n_robots={task.n_robots}: at most {fit} robots of radius {radius} m fit into"
+                f" the start circle of radius {task.start_radius} m; enlarge task.start_radius"
+            )
+
+    def _check_speed(self) -> None:
+        """ValueError if a robot could drive through another or through a wall within a tick."""
+        robot, tick = self.robot, self.tick
+        limit = MAX_STEP * robot.radius / tick
+        if robot.cruise_speed > limit + ROUNDING:
+            raise ValueError(
+                f"robot.cruise_speed={robot.cruise_speed}: at most {limit:g} [m/s], {MAX_STEP}"
+                f" radii of {robot.radius} m in a tick of {tick} s, so that no robot drives through"
+                " another; shorten tick"
+            )
+        fastest = MAX_STEP_BY_OBSTACLES * robot.radius / tick
+        if (self.obstacles or self.arena.corners) and robot.max_speed > fastest:
+            raise ValueError(
+                f"robot.max_speed={robot.max_speed}: a robot could pass through a wall within a"
+                f" tick of {tick} s; beside obstacles at most {fastest:g} [m/s]"
+            )
+
+    def _check_memory(self) -> None:
+        """ValueError for a world whose lists of neighbours would not fit into memory."""
+        arena, radius, n_robots = self.arena, self.robot.radius, self.task.n_robots
+        reach = max(self.radio.max_range, 2.0 * radius)
+        if arena.length * arena.width / reach**2 > MAX_CELLS:
+            raise ValueError(
+                f"arena.length={arena.length}, arena.width={arena.width}: at most {MAX_CELLS}"
+                f" squares of the radio's range, {reach:g} m; make the arena smaller or"
+                " radio.max_range larger"
+            )
+        each = max(self.radio.slots, min(n_robots, 2.0 * (reach / radius + 1.0) ** 2))
+        if n_robots * each > MAX_NEIGHBOURS:
+            raise ValueError(
+                f"task.n_robots={n_robots}: with {each:.0f} neighbours or slots each; robots times"
+                f" neighbours may be at most {MAX_NEIGHBOURS}; take fewer robots, a smaller"
+                " radio.max_range or fewer radio.slots"
+            )
+
+    def _check_clear(self, what: str, centre: Point, radius: float) -> None:
+        """ValueError if a circle [m] touches an obstacle or the outer wall, or lies beyond them.
+
+        `what` names the circle in the message.
+        """
+        corners = self.arena.corners
+        where = f"{what} about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
+        if corners and not is_inside(centre, corners):
+            raise ValueError(f"{where} lies outside of arena.corners; move it inside")
+        for number, obstacle in enumerate(self.obstacles):
+            closed = obstacle.is_closed and is_inside(centre, obstacle.points)
+            if closed or distance_from(centre, capsules_of([obstacle], ())) < radius - ROUNDING:
+                raise ValueError(
+                    f"{where} overlaps obstacles[{number}] at {list(obstacle.points)}; move one of"
+                    " them"
+                )
+        if distance_from(centre, capsules_of((), corners)) < radius - ROUNDING:
+            raise ValueError(f"{where} overlaps the wall along arena.corners; move it inside")
 
     @property
     def falsifying(self) -> tuple[str, ...]:

@@ -65,12 +65,6 @@ def drive(robot: EpuckState, world: EpuckWorldState) -> None:
 
 
 @kernel
-def face(robot: EpuckState) -> None:
-    """Keep cosine and sine of the heading beside it."""
-    robot.heading[0], robot.heading[1] = cos_sin(robot.pose[2])
-
-
-@kernel
 def is_overlapping(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> bool:
     """Robot i may overlap a neighbour with a lower number."""
     apart = 2.0 * world.radius * 1.000001
@@ -139,7 +133,7 @@ def score_all(
 ) -> None:
     """Score the robots that moved; those of a world that begins have heard nobody yet."""
     for i in range(lane(), n, lanes()):
-        face(swarm[i])
+        swarm[i].heading[0], swarm[i].heading[1] = cos_sin(swarm[i].pose[2])
     barrier()
     for i in range(lane(), n, lanes()):
         robot = swarm[i]
@@ -170,26 +164,13 @@ def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving:
     score_all(swarm, faults, world, earned[w], n, n_moving)
     barrier()
     for i in range(lane(), n, lanes()):
-        sense(swarm, faults, i, near[w], world, standing)
+        if world.n_obstacles > 0:
+            cast_rays_at_obstacles(swarm[i], world, standing)
+        read_encoders(swarm[i], faults[i], world)
+        read_ground(swarm[i], world)
+        read_proximity(swarm, i, near[w], world)
         if n_moving > 0:
             hear(swarm, i, near[w], world, standing)
-
-
-@row_template
-def sense(
-    swarm: Array,
-    faults: Array,
-    i: int,
-    near: Neighbours,
-    world: EpuckWorldState,
-    obstacles: Capsules,
-) -> None:
-    """Read all sensors of robot i but the radio."""
-    if obstacles.shape[0] > 0:
-        cast_rays_at_obstacles(swarm[i], world, obstacles)
-    read_encoders(swarm[i], faults[i], world)
-    read_ground(swarm[i], world)
-    read_proximity(swarm, i, near, world)
 
 
 @inlined

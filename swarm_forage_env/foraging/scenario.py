@@ -1,15 +1,15 @@
 """A scenario of foraging: that of e-pucks, and a nest and a prey area. Origins: `epuck.parts`."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.epuck.obstacles import ROUNDING, check_clear
-from swarm_forage_env.epuck.parts import Arena, Mission
+from swarm_forage_env.epuck.obstacles import ROUNDING
+from swarm_forage_env.epuck.parts import Mission
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.foraging.areas import Area, check_areas, in_order
 from swarm_forage_env.parameters import Positive
@@ -51,14 +51,38 @@ class Scenario(EpuckScenario):
 
     @model_validator(mode="after")
     def _has_room_for_areas(self) -> Self:
-        task, arena = self.task, self.arena
-        _check_areas(task, arena, task.areas or self.places)
-        if self.obstacles or arena.corners:
+        self._check_areas()
+        if self.obstacles or self.arena.corners:
             for area in self.places:
                 for centre in area.centres:
-                    what = f"the {area.kind} area"
-                    check_clear(what, centre, task.area_radius, self.obstacles, arena.corners)
+                    self._check_clear(f"the {area.kind} area", centre, self.task.area_radius)
         return self
+
+    def _check_areas(self) -> None:
+        """ValueError for an area outside the arena, on another one, or in the start circle."""
+        task, arena, places = self.task, self.arena, self.task.areas or self.places
+        half_x, half_y = 0.5 * arena.length, 0.5 * arena.width
+        for number, area in enumerate(places):
+            given = f"areas[{number}]" if task.areas else f"area_distance={task.area_distance}"
+            what = f"task.{given}: the {area.kind} area of radius {task.area_radius} m"
+            for x, y in area.centres:
+                if max(abs(x) - half_x, abs(y) - half_y) + task.area_radius > ROUNDING:
+                    raise ValueError(
+                        f"{what} about ({x:g}, {y:g}) lies outside the arena of {arena.length} x"
+                        f" {arena.width} m; move it inside, or make it smaller"
+                    )
+                for other in range(number):
+                    apart = min(math.dist((x, y), centre) for centre in places[other].centres)
+                    if apart < 2.0 * task.area_radius - ROUNDING:
+                        raise ValueError(
+                            f"{what} about ({x:g}, {y:g}) overlaps task.areas[{other}], where that"
+                            " is or moves to; keep them apart"
+                        )
+            if math.hypot(*area.centre) < task.start_radius + task.area_radius - ROUNDING:
+                raise ValueError(
+                    f"{what} about ({area.centre[0]:g}, {area.centre[1]:g}) reaches into the start"
+                    f" circle of radius {task.start_radius} m; move it away from the origin"
+                )
 
     @property
     def unread(self) -> Mapping[str, str]:
@@ -82,29 +106,3 @@ class Scenario(EpuckScenario):
     def false_place_distance(self) -> float:
         """Half the distance between the areas [m]."""
         return 0.5 * self.task.area_distance
-
-
-def _check_areas(task: Task, arena: Arena, places: Sequence[Area]) -> None:
-    """ValueError for an area outside the arena, on another one, or in the start circle."""
-    half_x, half_y = 0.5 * arena.length, 0.5 * arena.width
-    for number, area in enumerate(places):
-        given = f"areas[{number}]" if task.areas else f"area_distance={task.area_distance}"
-        what = f"task.{given}: the {area.kind} area of radius {task.area_radius} m"
-        for x, y in area.centres:
-            if max(abs(x) - half_x, abs(y) - half_y) + task.area_radius > ROUNDING:
-                raise ValueError(
-                    f"{what} about ({x:g}, {y:g}) lies outside the arena of {arena.length} x"
-                    f" {arena.width} m; move it inside, or make it smaller"
-                )
-            for other in range(number):
-                apart = min(math.dist((x, y), centre) for centre in places[other].centres)
-                if apart < 2.0 * task.area_radius - ROUNDING:
-                    raise ValueError(
-                        f"{what} about ({x:g}, {y:g}) overlaps task.areas[{other}], where that is"
-                        " or moves to; keep them apart"
-                    )
-        if math.hypot(*area.centre) < task.start_radius + task.area_radius - ROUNDING:
-            raise ValueError(
-                f"{what} about ({area.centre[0]:g}, {area.centre[1]:g}) reaches into the start"
-                f" circle of radius {task.start_radius} m; move it away from the origin"
-            )

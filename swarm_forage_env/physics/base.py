@@ -20,6 +20,9 @@ class Physics:
     may end up overlapping by a few millimetres: the tick resolves contacts afterwards.
     """
 
+    arrays: tuple[Array, ...] = ()
+    """Arrays of its own, which follow those of the world."""
+
     def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
         """Of worlds of these scenarios."""
 
@@ -27,11 +30,6 @@ class Physics:
     def move_world(self) -> Kernel:
         """Moves the robots of a world; of the world's arrays, which world, and how many robots."""
         return nothing
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """Arrays of its own, which follow those of the world."""
-        return ()
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
         """Forget one world's past; its scenario is this one from now on."""

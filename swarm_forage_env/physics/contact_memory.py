@@ -5,7 +5,6 @@ tree in which Chipmunk looks for bodies that may touch. No function of pymunk te
 read and written where it lies: `chipmunk_layout` says how, and `_trees` checks that it is so.
 """
 
-import ctypes
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from pymunk._chipmunk import ffi, lib
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Thread, Tree
+from swarm_forage_env.physics.chipmunk_layout import LAYOUT
 from swarm_forage_env.physics.pymunk_buffers import address_of
 
 INNER = -1
@@ -56,17 +55,15 @@ def remembered(space: pymunk.Space) -> ContactMemory:
     tree, walls = _trees(space)
     nodes, leaves = list(_walk(tree.root)), _leaves(space, tree, walls)
     number = {shape: k for k, shape in enumerate(_shapes(space))}
-    places: dict[int, int] = {}
-    lists = [[places.setdefault(at, len(places)) for at in _pairs_of(leaf)] for leaf in leaves]
-    number_of_leaf = {ctypes.addressof(leaf): k for k, leaf in enumerate(leaves)}
-    pairs = map(Pair.from_address, places)
+    places: dict[Any, int] = {}
+    lists = [[places.setdefault(pair, len(places)) for pair in _pairs_of(each)] for each in leaves]
     return ContactMemory(
         (lib.cpSpaceGetTimestamp(space._space), tree.stamp),
         lib.cpSpaceGetCurrentTimeStep(space._space),
-        np.array([tuple(body.push) for body in _bodies(space)]),
-        tuple(number[node.shape] if node.shape else INNER for node in nodes),
-        np.array([tuple(node.box) for node in nodes]),
-        tuple((number_of_leaf[p.a.leaf], number_of_leaf[p.b.leaf], p.id) for p in pairs),
+        np.array([list(body.push) for body in _bodies(space)]),
+        tuple(number.get(node.shape, INNER) for node in nodes),
+        np.array([list(node.box) for node in nodes]),
+        tuple((number[p.a.leaf.shape], number[p.b.leaf.shape], p.id) for p in places),
         tuple(map(tuple, lists)),
         tuple(_contact(arbiter, number) for arbiter in space._get_arbiters()),
     )
@@ -77,7 +74,7 @@ def recall(space: pymunk.Space, memory: ContactMemory) -> None:
     tree, walls = _trees(space)
     leaves = _leaves(space, tree, walls)
     for body, push in zip(_bodies(space), memory.pushes.tolist(), strict=True):
-        body.push[:] = push
+        body.push = push
     _grow(tree, memory, leaves)
     pairs = _link(memory, leaves)
     stamp, tree.stamp = memory.stamps
@@ -85,16 +82,19 @@ def recall(space: pymunk.Space, memory: ContactMemory) -> None:
     lib.cpSpaceSetCurrentTimeStep(space._space, memory.last_step)
     contacts = [_add_contact(space, *each) for each in memory.contacts]
     # to the list of bodies that touch all contacts were added, of those that had parted too
-    listed = Space.from_address(address_of(space._space)).touching
-    ctypes.c_int.from_address(listed).value = 0
+    _at("Space", space._space).n_touching[0] = 0
     # Chipmunk looks at both once more when it frees the space, which is an older attribute
     space._recalled = pairs, contacts  # type: ignore[attr-defined]
 
 
-def _trees(space: pymunk.Space) -> tuple[Tree, Tree]:
+def _at(kind: str, pointer: object) -> Any:  # noqa: ANN401 of this kind
+    """What pymunk points to, as it is laid out."""
+    return LAYOUT.cast(f"{kind} *", address_of(pointer))
+
+
+def _trees(space: pymunk.Space) -> tuple[Any, Any]:
     """The trees of robots and of walls; ConfigError if they do not lie where they are known to."""
-    here = address_of(space._space)
-    at = Space.from_address(here)
+    at = _at("Space", space._space)
     there = at.collision_slop, at.stamp, at.last_step, at.n_shapes_ever
     told = (
         space.collision_slop,
@@ -102,92 +102,86 @@ def _trees(space: pymunk.Space) -> tuple[Tree, Tree]:
         lib.cpSpaceGetCurrentTimeStep(space._space),
         lib.cpSpaceGetShapeIDCounter(space._space),
     )
-    if there == told:
-        tree, walls = Tree.from_address(at.robots), Tree.from_address(at.walls)
-        bodies = {body.space for body in _bodies(space)}
-        if (tree.tree_of_walls, walls.tree_of_robots, bodies) == (at.walls, at.robots, {here}):
-            return tree, walls
+    is_known = there == told and {body.space for body in _bodies(space)} == {at}
+    if is_known and (at.robots.tree_of_walls, at.walls.tree_of_robots) == (at.walls, at.robots):
+        return at.robots, at.walls
     raise ConfigError(
         f"physics='rigid': pymunk {pymunk.version} keeps its contacts in a way that is not known"
         " here, so that they can be neither copied nor restored; take pymunk 7.3 or 'kinematic'"
     )
 
 
-def _bodies(space: pymunk.Space) -> list[Body]:
-    return [Body.from_address(address_of(body._body)) for body in space.bodies]
+def _bodies(space: pymunk.Space) -> list[Any]:
+    return [_at("Body", body._body) for body in space.bodies]
 
 
-def _shapes(space: pymunk.Space) -> list[int]:
-    return [address_of(shape._shape) for shape in space.shapes]
+def _shapes(space: pymunk.Space) -> list[Any]:
+    return [_at("void", shape._shape) for shape in space.shapes]
 
 
-def _leaves(space: pymunk.Space, tree: Tree, walls: Tree) -> list[Node]:
-    nodes = (*_walk(tree.root), *_walk(walls.root))
-    leaf_of = {node.shape: node for node in nodes if node.shape}
+def _leaves(space: pymunk.Space, *trees: Any) -> list[Any]:  # noqa: ANN401 as laid out
+    leaf_of = {node.shape: node for tree in trees for node in _walk(tree.root)}
     return [leaf_of[shape] for shape in _shapes(space)]
 
 
-def _walk(root: int) -> Iterator[Node]:
+def _walk(root: Any) -> Iterator[Any]:  # noqa: ANN401 as laid out
     ahead = [root]
     while ahead:
-        node = Node.from_address(ahead.pop())
+        node = ahead.pop()
         yield node
         if not node.shape:
-            ahead += [node.below.second, node.below.first]
+            ahead += [node.second, node.first]
 
 
-def _pairs_of(leaf: Node) -> Iterator[int]:
-    at = leaf.leaf.pairs
-    while at:
-        yield at
-        pair = Pair.from_address(at)
-        at = _thread_of(pair, leaf).next
+def _pairs_of(leaf: Any) -> Iterator[Any]:  # noqa: ANN401 as laid out
+    pair = leaf.pairs
+    while pair:
+        yield pair
+        pair = _thread_of(pair, leaf).next
 
 
-def _thread_of(pair: Pair, leaf: Node) -> Thread:
-    thread: Thread = pair.a if pair.a.leaf == ctypes.addressof(leaf) else pair.b
-    return thread
+def _thread_of(pair: Any, leaf: Any) -> Any:  # noqa: ANN401 as laid out
+    return pair.a if pair.a.leaf == leaf else pair.b
 
 
-def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
+def _grow(tree: Any, memory: ContactMemory, leaves: list[Any]) -> None:  # noqa: ANN401 as laid out
     """Give a tree the shape and the boxes that are remembered, out of the nodes that it has."""
     spare = [node for node in _walk(tree.root) if not node.shape]
-    parents: list[Node] = []
+    parents: list[Any] = []
     for number, box in zip(memory.order, memory.boxes.tolist(), strict=True):
         node = spare.pop() if number == INNER else leaves[number]
-        node.box[:] = box
-        at = ctypes.addressof(node)
+        node.box = box
         if not parents:
-            tree.root, node.parent = at, None
+            tree.root, node.parent = node, LAYOUT.NULL
         else:
-            parent = parents[-1]
-            node.parent = ctypes.addressof(parent)
-            if parent.below.first is None:
-                parent.below.first = at
+            parent = node.parent = parents[-1]
+            if not parent.first:
+                parent.first = node
             else:
-                parent.below.second = at
+                parent.second = node
                 parents.pop()
         if number == INNER:
-            node.below.first = None
+            node.first = LAYOUT.NULL
             parents.append(node)
 
 
-def _link(memory: ContactMemory, leaves: list[Node]) -> "ctypes.Array[Pair]":
-    pairs = (Pair * len(memory.pairs))()
+def _link(memory: ContactMemory, leaves: list[Any]) -> object:
+    """Link the pairs to their leaves; the memory that they lie in."""
+    pairs = LAYOUT.new("Pair[]", len(memory.pairs))
     for pair, (a, b, number) in zip(pairs, memory.pairs, strict=True):
-        pair.a.leaf, pair.b.leaf = map(ctypes.addressof, (leaves[a], leaves[b]))
-        pair.id = number
+        pair.a.leaf, pair.b.leaf, pair.id = leaves[a], leaves[b], number
     for leaf, own in zip(leaves, memory.lists, strict=True):
-        at = [ctypes.addressof(pairs[k]) for k in own]
-        leaf.leaf.pairs = at[0] if at else None
-        for k, before, after in zip(own, [None, *at], [*at[1:], None], strict=False):
-            thread = _thread_of(pairs[k], leaf)
+        at = [pairs + k for k in own]
+        leaf.pairs = at[0] if at else LAYOUT.NULL
+        nothing = [LAYOUT.NULL]
+        for pair, before, after in zip(at, nothing + at, at[1:] + nothing, strict=False):
+            thread = _thread_of(pair, leaf)
             thread.previous, thread.next = before, after
     return pairs
 
 
-def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, bytes]:  # noqa: ANN401 pymunk's
-    a, b = (number[address_of(shape)] for shape in (arbiter.a, arbiter.b))
+def _contact(arbiter: Any, number: dict[Any, int]) -> tuple[int, int, int, int, bytes]:  # noqa: ANN401 pymunk's
+    a, b = (number[_at("void", shape)] for shape in (arbiter.a, arbiter.b))
     state = TOUCHING if arbiter.state == FIRST_TOUCH else arbiter.state
     size = arbiter.count * ffi.sizeof("struct cpContact")
     points = bytes(ffi.buffer(arbiter.contacts, size)) if size else b""

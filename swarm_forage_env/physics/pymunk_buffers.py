@@ -114,21 +114,14 @@ def may_touch(swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles:
 
 
 @kernel
-def write_body(robot: EpuckState, world: EpuckWorldState, out_body: Float64[Array, "6"]) -> None:
-    """The pose, and the velocity that carries the robot along the chord of its arc in a tick."""
-    speed, spin = wheels_to_arc(robot.wheels[0], robot.wheels[1], world.axle)
-    middle = robot.pose[2] + 0.5 * spin * world.dt
-    out_body[0], out_body[1], out_body[2] = robot.pose[0], robot.pose[1], robot.pose[2]
-    c, s = cos_sin(middle)
-    out_body[3], out_body[4] = speed * c, speed * s
-    out_body[5] = spin
-
-
-@kernel
 def write_bodies(swarm: Array, world: EpuckWorldState, space: SpaceMemory) -> None:
-    """Give the bodies of a space the poses and velocities of the robots."""
+    """Give the bodies of a space the poses of the robots, and velocities along their chords."""
     for i in range(swarm.shape[0]):
-        write_body(swarm[i], world, space.written[i])
+        robot, body = swarm[i], space.written[i]
+        speed, spin = wheels_to_arc(robot.wheels[0], robot.wheels[1], world.axle)
+        c, s = cos_sin(robot.pose[2] + 0.5 * spin * world.dt)
+        body[0], body[1], body[2] = robot.pose[0], robot.pose[1], robot.pose[2]
+        body[3], body[4], body[5] = speed * c, speed * s, spin
     space.writing.num = 0
     each_body(space.at, space.writer, space.to_write)
 

@@ -35,6 +35,7 @@ class Rigid(Physics):
     def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
         n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
         self._memory = SpaceMemory.array((len(scenarios),), bodies=n_bodies, rows=2 * n_bodies + 8)
+        self.arrays = (self._memory,)
         self._arguments = [_connected(self._memory[w : w + 1]) for w in range(len(scenarios))]
         self._spaces: dict[int, pymunk.Space] = {}
         for w, scenario in enumerate(scenarios):
@@ -44,11 +45,6 @@ class Rigid(Physics):
     def move_world(self) -> Kernel:
         """Moves the robots of a world in which bodies may touch."""
         return move_world
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """The spaces of all worlds."""
-        return (self._memory,)
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
