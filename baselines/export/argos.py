@@ -17,9 +17,9 @@ from baselines.export.files import filled
 from baselines.export.robot import ExportedRobot
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.atomic_write import write_atomically
+from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.equations.ground import WHITE, brightness
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.areas import KINDS
 from swarm_forage_env.foraging.scenario import Scenario
 
 Point = Sequence[float]
@@ -110,7 +110,7 @@ def floor(scenario: Scenario) -> UInt8[Array, "rows columns"]:
     light = np.full((len(y), len(x)), WHITE)
     for area in reversed(scenario.places):
         is_within = np.hypot(x - area.centre[0], y - area.centre[1]) <= scenario.task.area_radius
-        light[is_within] = brightness(KINDS.index(area.kind))
+        light[is_within] = brightness(AREAS.index(area.kind))
     return np.rint(255.0 * light).astype(np.uint8)
 
 

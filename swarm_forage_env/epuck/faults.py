@@ -26,9 +26,6 @@ from pydantic import Field, field_validator, model_validator
 
 from swarm_forage_env.parameters import NotNegative, Parameters, Share, list_from_text
 
-FALSIFYING = ("liar", "stale")
-"""Kinds that change what a robot tells."""
-
 
 class FaultKind(Parameters):
     """Which robots have a fault, and from when on."""
@@ -151,11 +148,6 @@ class Faults(Parameters):
     def is_any(self) -> bool:
         """Some robots may be faulty."""
         return any(kind.is_any for _, kind in self)
-
-    @property
-    def falsifying(self) -> tuple[str, ...]:
-        """The kinds among them that change what a robot tells, by dotted name."""
-        return tuple(f"faults.{k}" for k, kind in self if k in FALSIFYING and kind.is_any)
 
     def check_robots(self, n_robots: int) -> None:
         """ValueError if robots are named that a swarm of this size has not."""

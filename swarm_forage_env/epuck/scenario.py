@@ -136,7 +136,8 @@ class EpuckScenario(BaseScenario):
     @property
     def falsifying(self) -> tuple[str, ...]:
         """What in it changes the messages of robots, by dotted name."""
-        return self.faults.falsifying
+        kinds = {"liar": self.faults.liar, "stale": self.faults.stale}
+        return tuple(f"faults.{name}" for name, kind in kinds.items() if kind.is_any)
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:

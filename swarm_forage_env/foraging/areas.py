@@ -7,11 +7,9 @@ from pydantic import Field, model_validator
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.epuck.obstacles import Point
+from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.parameters import NotNegative, Parameters, Positive
-
-KINDS = ("nest", "prey")
-"""In the order of the axis `areas`."""
 
 MAX_AREAS = 8
 """Areas for which the record of a world has room."""
@@ -52,14 +50,14 @@ def check_areas(areas: Sequence[Area]) -> None:
     """ValueError if there are too many areas, or none of a kind."""
     if len(areas) > MAX_AREAS:
         raise ValueError(f"task.areas: {len(areas)} areas; at most {MAX_AREAS} are possible")
-    for kind in KINDS:
+    for kind in AREAS:
         if areas and kind not in {area.kind for area in areas}:
             raise ValueError(f"task.areas: no area of the kind '{kind}'; give one at least")
 
 
 def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
     """The areas with the first nest and the first prey area in front, as the records have them."""
-    first = [next(area for area in areas if area.kind == kind) for kind in KINDS]
+    first = [next(area for area in areas if area.kind == kind) for kind in AREAS]
     return (*first, *(area for area in areas if all(area is not each for each in first)))
 
 
@@ -71,7 +69,7 @@ def write_areas(areas: Sequence[Area], tick: float, out_worlds: Array) -> None:
     out_worlds["n_areas"], out_worlds["kinds"] = len(areas), FLOOR
     for k, area in enumerate(areas):
         out_worlds["areas"][..., k, :] = out_worlds["first_places"][..., k, :] = area.centre
-        out_worlds["kinds"][..., k] = KINDS.index(area.kind)
+        out_worlds["kinds"][..., k] = AREAS.index(area.kind)
         out_worlds["worths"][..., k] = area.worth
         moves_at = NEVER if area.moves_at is None else move_tick(area.moves_at, tick)
         out_worlds["moves_at"][..., k] = moves_at

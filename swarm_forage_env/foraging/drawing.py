@@ -5,8 +5,9 @@ import numpy as np
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64, Int8, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.drawing import bodies, walls
+from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.equations.geometry import to_outer
-from swarm_forage_env.foraging.areas import KINDS, move_tick
+from swarm_forage_env.foraging.areas import move_tick
 from swarm_forage_env.foraging.records import RobotState, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
@@ -32,7 +33,7 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
     return Stage(
         controller=controller,
         areas=np.array([area.centre for area in scenario.places]),
-        kinds=tuple(KINDS.index(area.kind) for area in scenario.places),
+        kinds=tuple(AREAS.index(area.kind) for area in scenario.places),
         names=tuple(
             area.kind if area.worth == 1.0 else f"{area.kind} x{area.worth:g}"
             for area in scenario.places

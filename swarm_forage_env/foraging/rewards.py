@@ -7,11 +7,11 @@ import numpy as np
 from swarm_forage_env.arrays import NEST, PREY, Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.contacts import is_near_obstacle, is_near_walls
+from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.equations.ground import FLOOR
-from swarm_forage_env.foraging.areas import KINDS
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import distance_to_kind, kind_at
@@ -127,7 +127,7 @@ def max_shaping(scenario: Scenario) -> tuple[float, str]:
     worth v pays v - 2 w / 3 in that tick; the trip worth least must not pay less than nothing.
     """
     areas = scenario.task.areas
-    worths = [[each.worth for each in areas if each.kind == kind] for kind in KINDS]
+    worths = [[each.worth for each in areas if each.kind == kind] for kind in AREAS]
     least = math.prod(min(each, default=1.0) for each in worths)
     why = f"a completed trip pays {least:g} - 2 w / 3 in its tick, which would be below zero"
     return least * LEGS / (LEGS - 1), why
