@@ -34,7 +34,7 @@ EachT = TypeVar("EachT")
 class Snapshot:
     """A block of worlds and its controller in mid-episode, to be pickled and restored anywhere."""
 
-    kind: tuple[str, str, str, int, int]
+    kind: str
     """Task, engine and controller; how many worlds, and robots in each."""
     world: Mapping[str, Any]
     """What the worlds were."""
@@ -170,9 +170,11 @@ class Loop(WorldsOnCpu):
         self.restore(state["snapshot"])
 
     @property
-    def _kind(self) -> tuple[str, str, str, int, int]:
-        world = self.world
-        return self.task.name, self.physics, self._name, world.n_worlds, world.n_robots
+    def _kind(self) -> str:
+        return (
+            f"the task {self.task.name}, engine {self.physics}, controller {self._name},"
+            f" {self.world.n_worlds} worlds of {self.world.n_robots} robots"
+        )
 
     @property
     def exchange(self) -> Rows:

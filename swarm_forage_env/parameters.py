@@ -1,7 +1,7 @@
 """Parameters: frozen models that refuse nonsense, and how single numbers of them are changed."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, Self, TypeVar
 
 from pydantic import (
@@ -49,14 +49,19 @@ class Parameters(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-def list_from_text(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401 whatever was given
-    """A list that a command line gives as text; ValueError where that is no JSON."""
-    if not isinstance(given, str):
-        return given
-    try:
-        return json.loads(given)
-    except json.JSONDecodeError:
-        raise ValueError(f"{info.field_name}={given}: must be a list in JSON, as [1, 2]") from None
+def list_as(example: str) -> Callable[[Any, ValidationInfo], Any]:
+    """A validator of a list that a command line gives as text; ValueError where that is no JSON."""
+
+    def from_text(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401 whatever was given
+        if not isinstance(given, str):
+            return given
+        try:
+            return json.loads(given)
+        except json.JSONDecodeError:
+            name = info.field_name
+            raise ValueError(f"{name}={given}: must be a list in JSON, as {example}") from None
+
+    return from_text
 
 
 class BaseTask(Parameters):

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from baselines.evaluation.watch import Take, WatchOptions
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.layout import Layout
 from swarm_forage_env.rendering.painter import Painter, Show
 from swarm_forage_env.rendering.video import Video, fps_of

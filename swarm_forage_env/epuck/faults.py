@@ -24,7 +24,7 @@ from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from swarm_forage_env.parameters import NotNegative, Parameters, Share, list_from_text
+from swarm_forage_env.parameters import NotNegative, Parameters, Share, list_as
 
 
 class FaultKind(Parameters):
@@ -43,7 +43,7 @@ class FaultKind(Parameters):
         """Some robots may have it."""
         return self.share > 0.0 or bool(self.robots)
 
-    _from_text = field_validator("robots", mode="before")(list_from_text)
+    _from_text = field_validator("robots", mode="before")(list_as("[0, 3]"))
 
     @model_validator(mode="after")
     def _says_one(self) -> "FaultKind":

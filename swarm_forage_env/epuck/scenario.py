@@ -16,7 +16,7 @@ from swarm_forage_env.epuck.obstacles import (
     is_inside,
 )
 from swarm_forage_env.epuck.parts import Arena, Mission, Radio, Robot, Sensors
-from swarm_forage_env.parameters import MIN_TICK, BaseScenario, Positive, list_from_text
+from swarm_forage_env.parameters import MIN_TICK, BaseScenario, Positive, list_as
 
 MAX_START_DENSITY = 0.45
 """Share of the start circle that robots may cover; random placement jams at 0.547."""
@@ -50,7 +50,9 @@ class EpuckScenario(BaseScenario):
         (), description="Discs and walls inside the arena [m]. Not in the papers (chosen)"
     )
 
-    _from_text = field_validator("obstacles", mode="before")(list_from_text)
+    _from_text = field_validator("obstacles", mode="before")(
+        list_as('[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]')
+    )
 
     @model_validator(mode="after")
     def _has_room_for_robots(self) -> Self:

@@ -116,7 +116,7 @@ def test_many_spaces_are_restored_and_forgotten():
         run(5, loop)
 
 
-OF_ANOTHER_KIND = r"a snapshot of \('foraging.* cannot be restored"
+OF_ANOTHER_KIND = r"a snapshot of the task foraging, engine .* cannot be restored"
 
 
 @pytest.mark.parametrize(
