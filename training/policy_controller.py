@@ -121,7 +121,7 @@ class PolicyController(LayeredController):
     def check_supports(self, scenario: BaseScenario) -> None:
         """ConfigError if a hand-written layer is not made for the world of this scenario."""
         if not self.is_everything:
-            super().check_supports(scenario)
+            self.hand_written.check_supports(scenario)
 
     def assumed(self, scenario: BaseScenario) -> str:
         """The keywords that a file without a card is run under; empty for one with a card."""

@@ -193,7 +193,7 @@ def assert_same_mind(honest, fooled):
     is_stale = not mine["exchange"]["is_valid"]
     skipped = {"message", "is_composed", "is_heard", "exchange" if is_stale else ""}
     for name in set(mine.dtype.names) - skipped:
-        assert mine[name] == theirs[name], name
+        assert (mine[name] == theirs[name]).all(), name
     assert honest.minds["motion"][0, ROW] == fooled.minds["motion"][0, ROW]
     assert_array_equal(honest.shared[0, ROW], fooled.shared[0, ROW])
 
