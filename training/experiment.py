@@ -164,10 +164,14 @@ class Experiment:
 
     @cached_property
     def base_controller(self) -> LayeredController:
-        """The controller whose layers are replaced."""
+        """The controller whose layers are replaced; ConfigError if it is not of layers alone."""
         controller = find_controller(self.controller)
-        if not isinstance(controller, LayeredController):
-            raise ConfigError(f"controller '{self.controller}': must be a LayeredController")
+        if not isinstance(controller, LayeredController) or "policy" in controller.layers:
+            raise ConfigError(
+                f"--controller={self.controller}: must be made of three layers, as ssgikf or"
+                " learned-weighting are; a policy of ppo or of another trainer has only such"
+                " layers beside it, and `swarm-forage train both` trains one for both"
+            )
         return controller
 
     def policy_of(self, layer: LayerName) -> Policy | None:

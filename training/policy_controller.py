@@ -187,7 +187,7 @@ class PolicyController(LayeredController):
         """The same beside the layers of another controller."""
         other = find_controller(controller)
         if not isinstance(other, LayeredController) or isinstance(other, PolicyController):
-            raise ConfigError(f"controller '{controller}': must be made of layers")
+            raise ConfigError(f"controller '{other.name}': must be made of layers")
         return PolicyController(
             self.name, other.estimator, other.weighting, other.motion, self.policy
         )

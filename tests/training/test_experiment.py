@@ -58,6 +58,7 @@ REFUSED = [
     ({"held_back": 1001}, "--held-back=1001"),
     ({"population": 3}, "--population=3: must be at least 4"),
     ({"algorithm": "ppo", "population": 8}, "is for cma only"),
+    ({"controller": "sb3"}, "must be made of three layers"),
     ({**EVERYTHING, "scenarios": ("es1", "es1:radio.slots=2")}, "show other numbers to a policy"),
     ({"scenarios": ("es1:frames",)}, "scenario='es1:frames': 'frames' must be parameter=value"),
     ({"seed": -1}, "seed=-1"),
