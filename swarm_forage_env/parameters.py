@@ -56,7 +56,7 @@ def list_as(example: str) -> Callable[[Any, ValidationInfo], Any]:
         if not isinstance(given, str):
             return given
         try:
-            return json.loads(given)
+            return json.loads(given if given.lstrip().startswith("[") else f"[{given}]")
         except json.JSONDecodeError:
             name = info.field_name
             raise ValueError(f"{name}={given}: must be a list in JSON, as {example}") from None

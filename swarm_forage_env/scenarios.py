@@ -89,13 +89,23 @@ def from_toml(file: Path) -> BaseScenario:
         raise ConfigError(f"scenario file {file}: {error.strerror}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"scenario file {file}: {error}") from None
+    except RecursionError:
+        raise ConfigError(
+            f"scenario file {file}: its tables lie too deep in each other; a number of a scenario"
+            " lies in one, as max_range in [radio]"
+        ) from None
     if "base" not in changes:
         raise ConfigError(
             f'scenario file {file}: has no base; write base = "es1" at its top, or another'
             " scenario whose numbers it takes where it names none"
         )
+    base = changes.pop("base")
+    if not isinstance(base, str) or base.endswith(".toml"):
+        raise ConfigError(
+            f"scenario file {file}: base={base!r}: must be a name of a scenario, as es1; no file"
+        )
     try:
-        known: BaseScenario = SCENARIOS[changes.pop("base")]
+        known: BaseScenario = SCENARIOS[base]
         return override(known, {"name": file.stem, **changes}, "scenario parameter")
     except (ConfigError, UnknownNameError) as error:
         raise ConfigError(f"scenario file {file}: {error}") from None

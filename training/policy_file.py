@@ -266,6 +266,9 @@ def load_policy(policy: str | Path) -> Policy:
         raise ConfigError(f"card {beside}: {reason(error)}") from None
     if card.sha256 != sha256:
         raise ConfigError(f"policy {file}: its card {beside} is of other weights")
+    for name in weights:
+        if name.partition(".")[0] not in card.layers:
+            raise ConfigError(f"policy {file}: array '{name}' belongs to no layer of its card")
     return Policy(file, weights, card)
 
 

@@ -159,11 +159,16 @@ TRANSITIONS = ".transitions.parquet"  # of the names of files that `swarm-forage
 
 def _files(source: str) -> list[Path]:
     """The files of episodes, with nothing else kept there or set aside; ConfigError if none."""
+    if "://" in source:
+        raise ConfigError(
+            f"dataset {source}: must be a folder of this machine; copy its episodes into one,"
+            " as `aws s3 sync` does"
+        )
     folder = Path(source)
     paths = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
     if files := sorted(each for each in paths if not each.name.endswith((ENDING, TRANSITIONS))):
         return files
-    reason = "holds no episodes" if folder.is_dir() else "no such folder of this machine"
+    reason = "holds no episodes" if folder.is_dir() else "no such folder"
     raise ConfigError(
         f"dataset {source}: {reason}; make one with swarm-forage evaluate es1 nc ssgikf --out"
         f" {source}"

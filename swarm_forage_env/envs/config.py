@@ -63,7 +63,7 @@ class PolicyKeywords(Parameters):
         description="Observations, state and weights lie in [-1, 1]; false: SI units, and weights"
         " in [0, 1]",
     )
-    stack: Annotated[Count, Field(le=MAX_FRAMES)] = Field(
+    stack: Count = Field(
         1,
         description="Decisions whose observations are stacked, newest last; at most"
         f" {MAX_FRAMES:,}",
@@ -131,6 +131,16 @@ class EnvConfig(PolicyKeywords):
         description='Length of an episode [steps; with `step_on="exchange"` ticks]; None: the'
         " scenario's duration",
     )
+
+    @field_validator("stack")
+    @classmethod
+    def _few_frames(cls, stack: int) -> int:
+        if stack > MAX_FRAMES:
+            raise ConfigError(
+                f"stack={shown(stack)}: must be at most {MAX_FRAMES}, as a network has an input"
+                " for each number of each of them; take fewer, or a longer decision_period"
+            )
+        return stack
 
     @property
     def period(self) -> int:

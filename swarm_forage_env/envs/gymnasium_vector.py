@@ -39,7 +39,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         or the scenario's time would let go on, as a TimeLimit does, which is not observed as
         `time_left`; -1 is none.
         """
-        self._mode = AutoresetMode(autoreset_mode)
+        self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = checked_count("num_envs", num_envs)
         self._make(self.num_envs, options)
         if self._mode is not AutoresetMode.DISABLED:
@@ -171,3 +171,11 @@ def _unbatched(observations: Float32[Array, "worlds numbers"]) -> Array:
     each = np.empty(len(observations), object)
     each[:] = list(observations)
     return each
+
+
+def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        known = ", ".join(repr(each.value) for each in AutoresetMode)
+        raise ConfigError(f"autoreset_mode={mode!r}: must be one of {known}") from None

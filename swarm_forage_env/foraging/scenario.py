@@ -61,27 +61,34 @@ class Scenario(EpuckScenario):
     def _check_areas(self) -> None:
         """ValueError for an area outside the arena, on another one, or in the start circle."""
         task, arena, places = self.task, self.arena, self.task.areas or self.places
-        half_x, half_y = 0.5 * arena.length, 0.5 * arena.width
+        half_x, half_y, radius = 0.5 * arena.length, 0.5 * arena.width, task.area_radius
+        inside, away = "move it inside, or make it smaller", "move it away from the origin"
+        if not task.areas:
+            inside = (
+                f"area_distance may be at most {arena.length - 2.0 * radius:g}, area_radius at most"
+                f" {min(half_x, half_y):g} [m]"
+            )
+            away = f"area_distance must be at least {2.0 * (task.start_radius + radius):g} [m]"
         for number, area in enumerate(places):
             given = f"areas[{number}]" if task.areas else f"area_distance={task.area_distance}"
-            what = f"task.{given}: the {area.kind} area of radius {task.area_radius} m"
+            what = f"task.{given}: the {area.kind} area of radius {radius} m"
             for x, y in area.centres:
-                if max(abs(x) - half_x, abs(y) - half_y) + task.area_radius > ROUNDING:
+                if max(abs(x) - half_x, abs(y) - half_y) + radius > ROUNDING:
                     raise ValueError(
                         f"{what} about ({x:g}, {y:g}) lies outside the arena of {arena.length} x"
-                        f" {arena.width} m; move it inside, or make it smaller"
+                        f" {arena.width} m; {inside}"
                     )
                 for other in range(number):
                     apart = min(math.dist((x, y), centre) for centre in places[other].centres)
-                    if apart < 2.0 * task.area_radius - ROUNDING:
+                    if apart < 2.0 * radius - ROUNDING:
                         raise ValueError(
                             f"{what} about ({x:g}, {y:g}) overlaps task.areas[{other}], where that"
                             " is or moves to; keep them apart"
                         )
-            if math.hypot(*area.centre) < task.start_radius + task.area_radius - ROUNDING:
+            if math.hypot(*area.centre) < task.start_radius + radius - ROUNDING:
                 raise ValueError(
                     f"{what} about ({area.centre[0]:g}, {area.centre[1]:g}) reaches into the start"
-                    f" circle of radius {task.start_radius} m; move it away from the origin"
+                    f" circle of radius {task.start_radius} m; {away}"
                 )
 
     @property

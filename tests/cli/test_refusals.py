@@ -166,7 +166,7 @@ FILES = [
 
 
 READ = [
-    (("plot", "boxplot", "{}", "--out=x.png"), "no such folder of this machine"),
+    (("plot", "boxplot", "{}", "--out=x.png"), "must be a folder of this machine; copy"),
     (("plot", "paths", "{}", "--out=x.png"), "must be the folder of a dataset, or a scenario"),
     ((*EVALUATE, "--trajectories", "--out={}"), "need a folder of this machine as --out"),
 ]

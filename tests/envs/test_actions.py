@@ -93,7 +93,8 @@ def test_a_form_that_cannot_be_had_is_refused(options, error, says):
         ({"discrete": (10**12, 1)}, "makes 1000000000000 actions; at most 4096"),
         ({"discrete": (10**400, 10**5000)}, "makes <int of thousands of digits> actions"),
         ({"discrete": (20, 200), "learn": "both"}, "makes 36000 actions; at most 4096"),
-        ({"stack": 1001}, "stack=1001: input should be less than or equal to 1000"),
+        ({"stack": 1001}, "stack=1001: must be at most 1000, as a network has an input for each"),
+        ({"stack": 10**5000}, "stack=<int of thousands of digits>: must be at most 1000"),
     ],
 )
 def test_a_size_without_measure_is_refused_before_anything_is_built(options, says):

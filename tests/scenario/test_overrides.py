@@ -85,10 +85,13 @@ HUGE = {"length": 300.0, "width": 300.0, "start_radius": 100.0, "area_distance":
 @pytest.mark.parametrize(
     ("changes", "parts"),
     [
-        ({"area_distance": 1.6}, ["area_distance=1.6", "lies outside the arena of 1.7 x 1.2 m"]),
-        ({"area_radius": 10}, ["area of radius 10.0 m", "1.7 x 1.2 m; move it inside"]),
-        ({"area_distance": 0.5}, ["task.area_distance=0.5", "reaches into the start circle"]),
-        ({"start_radius": 0.45, "area_distance": 1.0}, ["start circle of radius 0.45"]),
+        ({"area_distance": 1.6}, ["=1.6", "1.7 x 1.2 m; area_distance may be at most 1.5"]),
+        (
+            {"area_radius": 10},
+            ["radius 10.0", "1.2 m; area_distance", "area_radius at most 0.6 [m]"],
+        ),
+        ({"area_distance": 0.5}, ["task.area_distance=0.5", "start circle", "at least 0.6"]),
+        ({"start_radius": 0.45, "area_distance": 1.0}, ["start circle of radius 0.45", "1.1"]),
         ({"arena.width": 0.4}, ["task.start_radius=0.2", "outside the arena", "at most 0.165"]),
         ({"n_robots": 500}, ["task.n_robots=500", "at most", "enlarge task.start_radius"]),
         ({"radius": 0.1}, ["task.n_robots=10", "at most", "radius 0.1"]),

@@ -75,7 +75,7 @@ REFUSED = {
     "one twice": ({**DISTANCE, "area_distance": (0.8, 0.9)}, "given twice, once as"),
     "low too low": (
         {"task.area_distance": (0.1, 1.5)},
-        r"randomise, at task\.area_distance=0\.1: .* into the start",
+        r"randomise, at task\.area_distance=0\.1: .* must be at least 0\.6",
     ),
     "high too high": ({"task.area_distance": (0.8, 2.0)}, r"at task\.area_distance=2\.0: "),
     "ends that fit alone and not together": (

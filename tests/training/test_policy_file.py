@@ -135,6 +135,13 @@ def test_arrays_that_do_not_fit_the_network_are_refused(policy_file, name, array
     assert complaint in str(refusal.value)
 
 
+def test_an_array_of_no_layer_is_refused(policy_file):
+    policy = load_policy(policy_file)
+    save_policy(policy_file, {**policy.weights, "x.y": np.zeros(1, np.float32)}, policy.card)
+    with pytest.raises(ConfigError, match=r"'x.y' belongs to no layer"):
+        load_policy(policy_file)
+
+
 @pytest.mark.parametrize(
     ("path", "value", "complaint"),
     [
