@@ -97,13 +97,13 @@ def all_experiments(setting: str) -> tuple[Experiment, ...]:
     return tuple(boids_experiment(setting, *each) for each in product(ESTIMATORS, RULES, SIZES))
 
 
-TEXT = (files("baselines.papers") / "published" / "smith2021.csv").read_text("utf-8")
+TABLES = files("baselines.papers") / "published" / "smith2021.csv"
 PUBLISHED: Mapping[Cell, Mapping[str, tuple[float, float]]] = {
     (row["estimator"], row["rule"], int(row["n_robots"])): {
         each.column: (float(row[f"{each.column}_mean"]), float(row[f"{each.column}_sd"]))
         for each in MEASURES
     }
-    for row in csv.DictReader(TEXT.splitlines())
+    for row in csv.DictReader(TABLES.read_text("utf-8").splitlines())
 }
 """Published mean and standard deviation of each measure, by experiment."""
 

@@ -49,7 +49,7 @@ from swarm_forage_env.atomic_write import write_atomically
 COMMAND = "python -m baselines.papers.open_numbers"
 FILE = Path("docs/papers/open_numbers.parquet")
 EPISODES = Path("runs/open_numbers/episodes")
-LEFT_OPEN = "open_prior", "open_search", "open_search:fit", "open_claims"
+LEFT_OPEN = "open_prior", "open_search", "open_search:fit_emulator", "open_claims"
 GIVEN = "es1", "es1 and es2"  # what a posterior is given
 GOAL = 10_000  # sets that the search is for
 SHOWN = 3  # checked sets in the table of claims: today's, and those in which most claims hold

@@ -5,7 +5,7 @@ which it misses a published number, in tolerances of that number. It goes on to 
 and to es2, while its distance is small (`STAGES`).
 
 After the first sets, which fill the prior evenly, an emulator of all so far says how probable a set
-is to lie within the tolerances (`fit`): later sets are drawn from the prior by that.
+is to lie within the tolerances (`fit_emulator`): later sets are drawn from the prior by that.
 
 Source: TR, Section 6 (published numbers); Wood2010 (emulated likelihood).
 Not in the paper:
@@ -192,13 +192,13 @@ def sets_of(table: pa.Table) -> tuple[Draws, list[list[Measured]]]:
     return draws, [[Measured(**each) for each in row["episodes"]] for row in rows]
 
 
-Fit = tuple[Float64[Array, "terms outputs"], Float64[Array, " outputs"]]
+Emulator = tuple[Float64[Array, "terms outputs"], Float64[Array, " outputs"]]
 """The coefficients of a regression, and the standard deviations of the outputs about it."""
 
 
-def fit(
+def fit_emulator(
     draws: Draws, outputs: Float64[Array, "draws outputs"], weights: Float64[Array, " draws"]
-) -> Fit:
+) -> Emulator:
     """An emulator: quadratic regression of what a simulation gives, each draw with a weight.
 
     Its error is that of points that it was not fitted to, and so holds the chance in the simulation
@@ -207,7 +207,7 @@ def fit(
     Source: Wood2010 (likelihood from simulated summaries), HoerlKennard1970 (ridge regression).
     Not in the papers: the penalty, eight folds, and errors of the numbers that are normal and apart.
     """  # noqa: E501 as on the page
-    x, fold = terms(draws), np.arange(len(draws)) % FOLDS
+    x, fold = quadratic_terms(draws), np.arange(len(draws)) % FOLDS
     residuals = np.empty_like(outputs)
     for k in range(FOLDS):
         out, rest = fold == k, fold != k
@@ -215,17 +215,20 @@ def fit(
     return ridge(x, outputs, weights), np.sqrt(weights @ residuals**2 / weights.sum())
 
 
-def between(
-    draws: Draws, fitted: Fit, low: Float64[Array, " outputs"], high: Float64[Array, " outputs"]
+def probability_within(
+    draws: Draws,
+    fitted: Emulator,
+    low: Float64[Array, " outputs"],
+    high: Float64[Array, " outputs"],
 ) -> Float64[Array, " draws"]:
     """The probability at each point that every output lies between its ends."""
     coefficients, errors = fitted
-    means = terms(draws) @ coefficients
+    means = quadratic_terms(draws) @ coefficients
     below, above = (norm.cdf((ends - means) / errors) for ends in (low, high))
     return np.asarray((above - below).prod(axis=1))
 
 
-def terms(draws: Draws) -> Float64[Array, "draws terms"]:
+def quadratic_terms(draws: Draws) -> Float64[Array, "draws terms"]:
     """One, each number, and each product of two, on an axis from -1 to 1."""
     x = 2.0 * draws - 1.0
     one, other = np.triu_indices(x.shape[1])
@@ -271,12 +274,12 @@ def chance(
     if (n > 0).sum() < FEWEST:
         return np.ones(len(candidates))
     numbers = np.array([numbers_of(e, arena) for e, k in zip(episodes, n, strict=True) if k])
-    fitted = fit(inputs(draws[n > 0], arena), scaled(numbers), n[n > 0].astype(float))
+    fitted = fit_emulator(inputs(draws[n > 0], arena), scaled(numbers), n[n > 0].astype(float))
     ends = [
         (low - (near := tolerance(spread, rounding, int(n.max()))), high + near)
         for low, high, spread, rounding in PUBLISHED[arena].values()
     ]
-    return between(inputs(candidates, arena), fitted, *scaled(np.array(ends).T))
+    return probability_within(inputs(candidates, arena), fitted, *scaled(np.array(ends).T))
 
 
 def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) -> Draws:

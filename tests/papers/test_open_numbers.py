@@ -17,10 +17,10 @@ from baselines.papers.open_search import (
     FIRST,
     OTHERS,
     Measured,
-    between,
     chance,
     distance,
-    fit,
+    fit_emulator,
+    probability_within,
 )
 
 
@@ -67,12 +67,14 @@ def test_an_emulator_says_how_probable_it_is_that_a_noisy_number_lies_between_it
     draws = rng.random((2000, 3))
     means = np.column_stack([draws[:, 0] ** 2 + draws[:, 1], draws[:, 0] * draws[:, 2]])
     outputs = means + rng.normal(0.0, (0.1, 0.2), means.shape)
-    fitted = fit(draws, outputs, np.ones(len(draws)))
+    fitted = fit_emulator(draws, outputs, np.ones(len(draws)))
     assert fitted[1] == pytest.approx([0.1, 0.2], rel=0.1)
     low, high = np.array([0.4, 0.0]), np.array([0.6, 0.3])
     inside = ((low < outputs) & (outputs < high)).all(axis=1)
-    assert between(draws, fitted, low, high).sum() == pytest.approx(inside.sum(), rel=0.1)
-    far = between(np.array([[0.9, 0.9, 0.5]]), fitted, low, high)
+    assert probability_within(draws, fitted, low, high).sum() == pytest.approx(
+        inside.sum(), rel=0.1
+    )
+    far = probability_within(np.array([[0.9, 0.9, 0.5]]), fitted, low, high)
     assert far < 1e-3
 
 
