@@ -1,6 +1,6 @@
-"""`python -m swarm_forage_env`: the command `swarm-forage`, where its folder is not on the PATH.
+"""`python -m swarm_forage_env`: run the command `swarm-forage` if it is not on the PATH.
 
-The world knows no commands. It runs the one that its distribution has installed.
+This package contains no commands; it runs the one that its distribution installed.
 """
 
 import sys
@@ -10,7 +10,7 @@ COMMAND = "swarm-forage"
 
 
 def main() -> None:
-    """Run the installed command; one line on stderr if there is none."""
+    """Run the installed command, or exit with one line on stderr if there is none."""
     commands = list(entry_points(group="console_scripts", name=COMMAND))
     if not commands:
         sys.exit(f"{COMMAND}: is not installed; in a checkout: pip install '.[evaluate]'")

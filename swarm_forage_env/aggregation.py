@@ -1,4 +1,4 @@
-"""Aggregation: e-pucks gather on one of two black spots, and none can tell which.
+"""Aggregation: e-pucks gather on one of two black spots, which they cannot tell apart.
 
 Francesca et al. 2014, AutoMoDe: a novel approach to the automatic design of control software for
 robot swarms (Swarm Intelligence 8), for the task; arena and spots are those of AutoMoDe's loop
@@ -35,7 +35,7 @@ class AggregationMission(Mission):
 
 
 class AggregationScenario(EpuckScenario):
-    """Everything that fixes a world of aggregation but its seed."""
+    """All parameters of an aggregation world."""
 
     task: AggregationMission = AggregationMission()
 
@@ -54,22 +54,22 @@ class AggregationScenario(EpuckScenario):
 
 
 class AggregationWorldState(EpuckWorldState):
-    """A world with two spots."""
+    """State of a world with two spots."""
 
     spots: Float64[Array, "spots 2"] = field(np.float64, 2, 2, unit="m")
     spot_radius: float = field(np.float64, unit="m")
 
 
 class AggregationState(EpuckState):
-    """An e-puck, and the spot that it stands on."""
+    """State of an e-puck, with the spot that it is on."""
 
     spot: int = field(np.int8, start=NO_SPOT)
-    """0 or 1; NO_SPOT beside them. Writer: score."""
+    """Index of the spot under the robot, 0 or 1, or NO_SPOT. Writer: score."""
 
 
 @kernel
 def spot_at(x: float, y: float, world: AggregationWorldState) -> int:
-    """The spot under a point of the world frame [m], or NO_SPOT."""
+    """Return the spot under a point of the world frame [m], or NO_SPOT."""
     for k in range(2):
         dx, dy = x - world.spots[k, 0], y - world.spots[k, 1]
         if dx * dx + dy * dy < world.spot_radius * world.spot_radius:
@@ -79,13 +79,13 @@ def spot_at(x: float, y: float, world: AggregationWorldState) -> int:
 
 @kernel
 def brightness_at(x: float, y: float, world: AggregationWorldState) -> float:
-    """How bright the floor is under a point: spots are black."""
+    """Return the brightness of the floor under a point: 0 on a spot, 1 elsewhere."""
     return 1.0 if spot_at(x, y, world) == NO_SPOT else 0.0
 
 
 @kernel
 def score(swarm: Array, i: int, world: AggregationWorldState) -> None:
-    """Reward robot i by the share of the swarm that stands on its spot, for each second [s]."""
+    """Reward robot i with the share of the swarm that is on its spot, times the tick [s]."""
     robot, together = swarm[i], 0
     robot.spot = spot_at(robot.pose[0], robot.pose[1], world)
     if robot.spot != NO_SPOT:
@@ -98,16 +98,16 @@ class AggregationWorld(
     EpuckWorld, robot=AggregationState, world=AggregationWorldState,
     functions={"brightness_at": brightness_at, "score": score},
 ):  # fmt: skip
-    """Worlds of aggregation, side by side."""
+    """A block of aggregation worlds."""
 
     @staticmethod
     def write_task(scenario: AggregationScenario, out_worlds: Array) -> None:
-        """Write where the spots are."""
+        """Write the centres and the radius of the spots."""
         out_worlds["spots"], out_worlds["spot_radius"] = scenario.areas, scenario.area_radius
 
 
 def gathered(spots: Int8[Array, "worlds robots"]) -> Float64[Array, " worlds"]:
-    """The share of each swarm on the spot that more robots stand on: max(N_a, N_b) / N.
+    """Return the share of each swarm on the spot with more robots: max(N_a, N_b) / N.
 
     Source: Francesca2014, the objective function of aggregation.
     """
@@ -116,7 +116,7 @@ def gathered(spots: Int8[Array, "worlds robots"]) -> Float64[Array, " worlds"]:
 
 @dataclass(frozen=True, kw_only=True)
 class AggregationEpisode(Episode):
-    """The result of one episode: the share of the robots on the fuller spot, at the end."""
+    """Result of one episode: the share of the robots on the fuller spot, at the end."""
 
     gathered: float
 

@@ -1,11 +1,11 @@
 """Array types with named axes.
 
-The axes: `rows` are robots, N consecutive ones to a world; `slots` hold messages;
-`words` are the numbers in a message; the axis of length 2 named `areas` is (nest, prey).
+The axes: `rows` are robots, N consecutive rows per world; `slots` hold messages;
+`words` are the values in a message; the axis of length 2 named `areas` is (nest, prey).
 """
 
 from jaxtyping import Bool, Float32, Float64, Int8, Int32, Int64, UInt8, UInt64
-from numpy import ndarray as Array  # noqa: N812 the word of jaxtyping
+from numpy import ndarray as Array  # noqa: N812 the name in jaxtyping
 
 __all__ = [
     "NEST", "PREY", "Array", "Bool", "Float32", "Float64", "Int8", "Int32", "Int64", "UInt8",
@@ -20,7 +20,7 @@ PREY = 1
 
 
 def read_only(array: Array) -> Array:
-    """The same numbers, which cannot be written to."""
+    """Return a view of an array that cannot be written to."""
     view = array.view()
     view.flags.writeable = False
     return view

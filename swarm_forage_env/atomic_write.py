@@ -12,11 +12,11 @@ TEMPORARY = ".tmp"
 """Ending of temporary files; their names start with `_`, which readers of datasets skip."""
 
 WRITE_RETRIES = 5
-"""How often a file is written whose temporary file another run removes."""
+"""Attempts to write a file whose temporary file another run removes."""
 
 
 def write_atomically(file: Path, content: bytes) -> None:
-    """Write a file that appears whole or not at all, over an older one; its folder is made."""
+    """Write a file that appears whole or not at all, replacing an older one; create its folder."""
     for attempt in range(WRITE_RETRIES):
         try:
             with replacing(file) as temporary:
@@ -29,10 +29,10 @@ def write_atomically(file: Path, content: bytes) -> None:
 
 @contextlib.contextmanager
 def replacing(file: Path) -> Iterator[Path]:
-    """A temporary path for the content of a file, which takes its name if no error occurs.
+    """Yield a temporary path, which replaces the file if no error occurs.
 
-    The folder of the file is made, and the content flushed to the disk. After an error the older
-    file stands as it was, and no temporary is left; an OSError names the file.
+    The folder of the file is created, and the content flushed to the disk. After an error the older
+    file is unchanged, and no temporary file is left; an OSError names the file.
     """
     temporary = temporary_of(file)
     try:
@@ -46,18 +46,18 @@ def replacing(file: Path) -> Iterator[Path]:
         if isinstance(error, OSError) and error.errno is not None:
             raise OSError(error.errno, error.strerror, str(file)) from error
         raise
-    with contextlib.suppress(OSError):  # where the system can
+    with contextlib.suppress(OSError):  # if the system can
         _fsync(file.parent, os.O_RDONLY)
 
 
 def temporary_of(file: Path) -> Path:
-    """The temporary file of this process for a file until it is whole."""
+    """Return the path of this process's temporary file for a file."""
     host = quote(socket.gethostname(), safe="")
     return file.with_name(f"_{file.name}.{host}-{os.getpid()}{TEMPORARY}")
 
 
 def sweep(folder: Path, names: str) -> None:
-    """Remove the temporaries that killed runs left for files whose names match an expression."""
+    """Remove the temporary files that killed runs left for files with matching names."""
     ours = re.compile(rf"_(?:{names})\.[^/]+-[0-9]+{re.escape(TEMPORARY)}")
     for leftover in folder.glob(f"_*{TEMPORARY}"):
         if ours.fullmatch(leftover.name) and leftover.is_file():

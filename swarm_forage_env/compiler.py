@@ -1,7 +1,7 @@
-"""One compiler for all kernels: options, cache and its key stand here and nowhere else.
+"""The compiler of all kernels: its options, its cache and the cache key.
 
-Numba keys its cache on one file, so that a caller would keep the old body of a callee edited in
-another. Here the key is what the machine code depends on: the bytecode and the constants of a
+The key of numba's cache depends on one file, so that a caller would keep the old body of a callee
+edited in another. Here the key is what machine code depends on: the bytecode and the constants of a
 function and of all that it calls.
 """
 
@@ -39,26 +39,26 @@ from swarm_forage_env.lean import Lean, lean
 from swarm_forage_env.templates import Bindings, Function, FunctionT, parts_of, with_parts
 
 _listeners: list[Callable[[str], None]] = []
-"""Called with the name of each entry point that is about to be compiled."""
+"""Functions called with the name of each entry point that is about to be compiled."""
 
 OPTIONS = {"error_model": "numpy", "nogil": True}
 INLINED = {**OPTIONS, "forceinline": True}
 
 
 def _name_functions_anew() -> None:
-    """Let names of functions in machine code be of this process alone.
+    """Make the names of functions in machine code unique to this process.
 
-    Numba counts functions and records in each process. Of two kept functions of one name, made by
-    two processes, the first would be called for both, be it for records of another size.
+    Numba numbers functions and records per process. If two processes cached functions of one name,
+    the first would be called for both, even with records of another size.
     """
     start = int.from_bytes(os.urandom(6), "little")
     bytecode.FunctionIdentity._unique_ids = count(start)
 
 
 _name_functions_anew()
-if sys.platform != "win32":  # which has no fork
+if sys.platform != "win32":  # Windows has no fork
     os.register_at_fork(after_in_child=_name_functions_anew)
-    os.register_at_fork(  # a fork amid a compilation of another thread's waits, or its child hangs
+    os.register_at_fork(  # a fork waits for compilations in other threads, or the child would hang
         before=global_compiler_lock.acquire,
         after_in_parent=global_compiler_lock.release,
         after_in_child=global_compiler_lock.release,
@@ -71,34 +71,34 @@ def kernel(function: FunctionT) -> FunctionT:
 
 
 def inlined(function: FunctionT) -> FunctionT:
-    """Compile a function into the kernels that call it, as the body of a loop over robots."""
+    """Compile a function that is inlined into the kernels that call it."""
     return function if config.DISABLE_JIT else lean(function, INLINED)
 
 
 def entry_point(function: FunctionT) -> FunctionT:
-    """Compile a function that Python calls on structured arrays; its machine code is kept."""
+    """Compile a function that Python calls on structured arrays, and cache its machine code."""
     return _compiled(plain(function))
 
 
 def bind(template: FunctionT, functions: Mapping[str, Function]) -> FunctionT:
-    """Compile a template with functions of chosen parts for its free names.
+    """Compile a template with its free names bound to these functions.
 
-    Functions that the template does not name are ignored. The same template and functions, in
-    another process too, share their machine code on disk.
+    Functions that the template does not name are ignored. Machine code is shared by all calls with
+    the same template and functions, on disk also between processes.
     """
     return cast(FunctionT, _bound(template, parts_of(template, {**_lanes_on_cpu(), **functions})))
 
 
 def bind_row(template: FunctionT, functions: Mapping[str, Function]) -> FunctionT:
-    """Bind a template of one row, which becomes part of the kernels of a CPU that call it."""
+    """Bind a row template, which is inlined into the CPU kernels that call it."""
     parts = parts_of(template, {**_lanes_on_cpu(), **functions})
     return cast(FunctionT, _bound_row(template, parts))
 
 
 def typed_once(kernel: FunctionT) -> FunctionT:
-    """The kernel for arguments of the types of its first call: later ones must have the same.
+    """Return the kernel for the argument types of its first call; later calls must use the same.
 
-    Numba looks at the types of all arguments in every call, which takes it a microsecond for each
+    Numba determines the types of all arguments in every call, which takes a microsecond for each
     array of records in a tuple.
     """
     if config.DISABLE_JIT:
@@ -128,7 +128,7 @@ def _lanes_on_gpu() -> dict[str, Function]:
 
 
 class _SimulatedThread:
-    """What `cuda` is to a thread of numba's simulator, in any function that it runs."""
+    """Stand-in for `cuda` in the functions that a thread of numba's simulator runs."""
 
     def __getattr__(self, name: str) -> object:
         from numba.cuda.simulator.kernel import _get_kernel_context
@@ -137,16 +137,16 @@ class _SimulatedThread:
 
 
 class GridKernel(Protocol):
-    """A kernel of a GPU, to be called on a grid: `kernel[launch](...)`."""
+    """A GPU kernel, called with a launch configuration: `kernel[launch](...)`."""
 
     def __getitem__(self, launch: tuple[object, ...], /) -> Callable[..., None]:
-        """The kernel on that grid."""
+        """Return the kernel with this launch configuration."""
 
 
 def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKernel:
-    """Compile a template for a GPU, whose threads are the lanes of its worlds, as `bind` does.
+    """Compile a template as `bind` does, for a GPU, whose threads are the lanes of its worlds.
 
-    ConfigError where numba-cuda is missing.
+    ConfigError if numba-cuda is missing.
     """
     bound = _bound_grid(template, parts_of(template, {**_lanes_on_gpu(), **functions}))
     kernel: GridKernel = bound if is_simulated() else PreparedKernel(bound)
@@ -165,7 +165,7 @@ def _bound_grid(template: Function, parts: Bindings) -> Any:  # noqa: ANN401 num
 
 
 def gpu() -> ModuleType:
-    """The module of numba for GPUs; ConfigError where numba-cuda is missing."""
+    """Return numba's module for GPUs; ConfigError if numba-cuda is missing."""
     if find_spec("numba_cuda") is None:
         raise ConfigError(f"device='cuda': needs numba-cuda; {remedy('numba_cuda')}")
     from numba import cuda
@@ -174,7 +174,7 @@ def gpu() -> ModuleType:
 
 
 def is_simulated() -> bool:
-    """Whether numba's simulator replaces a GPU: its arrays lie in the CPU's memory."""
+    """Return whether numba's simulator replaces a GPU; its arrays are in the CPU's memory."""
     return bool(config.ENABLE_CUDASIM)
 
 
@@ -198,7 +198,7 @@ def _compiled(function: FunctionT) -> FunctionT:
 
 
 def _on_records(function: FunctionT) -> FunctionT:
-    """The function on records that have attributes in Python too."""
+    """Return the Python function, called on records whose fields are attributes."""
     usable, warnings_off = _with_attributes, np.errstate
 
     def run(*arguments: object) -> object:
@@ -222,11 +222,11 @@ def _with_attributes(argument: object) -> object:
 
 
 class _Locator:
-    """Where numba keeps a kernel: one folder for all, under the kernel's fingerprint."""
+    """Place of a kernel in numba's cache: one folder for all, under the kernel's fingerprint."""
 
     def __init__(self, function: Function) -> None:
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
-        # the last: machine code of before could be called instead of another function
+        # the last: names of older machine code could collide with those of other functions
         options = INLINED, Lean.__name__, config.BOUNDSCHECK, _name_functions_anew.__name__
         of_gpu = GPU_OPTIONS, fingerprint(as_on_cpu)
         self._key = fingerprint(function, *compilers, *options, *of_gpu)
@@ -251,7 +251,7 @@ class _Locator:
 
 @cache
 def _checked(usual: Any, usual_files: Any) -> Any:  # noqa: ANN401 numba's
-    """A cache of numba's, but with checked files; without them code is compiled in memory."""
+    """Return numba's cache with checked files; if they cannot be used, code stays in memory."""
 
     class Files(usual_files):  # type: ignore[misc]
         _locator_classes = [_Locator]  # noqa: RUF012 numba's attribute
@@ -285,14 +285,14 @@ def _cache_of_cpu(function: Function) -> Any:  # noqa: ANN401 numba's
 
 
 def _cache_of_gpu(function: Function) -> Any:  # noqa: ANN401 numba's
-    """Numba-cuda's cache, whose key holds its version, CUDA's, and the kind of GPU."""
+    """Return numba-cuda's cache; its key holds the versions of both and the type of GPU."""
     from numba.cuda.dispatcher import CUDACache, CUDACacheImpl
 
     return _checked(CUDACache, CUDACacheImpl)(function)
 
 
 class _LateCache:
-    """Numba's cache of a kernel, made at the first call, when all that it calls is defined."""
+    """Numba's cache of a kernel, created at its first call, when all its callees are defined."""
 
     def __init__(self, function: Function, make: Callable[[Function], Any]) -> None:
         self._function, self._make = function, make
@@ -310,7 +310,7 @@ class _LateCache:
 
 @contextmanager
 def compiling_told(tell: Callable[[str], None]) -> Iterator[None]:
-    """Tell the name of each entry point that is about to be compiled."""
+    """Call a function with the name of each entry point that is about to be compiled."""
     _listeners.append(tell)
     try:
         yield
@@ -320,5 +320,5 @@ def compiling_told(tell: Callable[[str], None]) -> Iterator[None]:
 
 @cache
 def announce() -> None:
-    """Tell the user, once, that kernels are about to be compiled."""
+    """Print, once, that kernels are about to be compiled."""
     sys.stderr.write("swarm-forage: compiling, once for this version: about half a minute\n")

@@ -15,20 +15,19 @@ OneController = str | Controller
 """A name, a name with parameters, or a controller."""
 
 Controllers = OneController | Sequence[OneController] | Mapping[Any, OneController]
-"""One for all robots, one for each of them, or some of them by robot."""
+"""One controller for all robots, a list with one for each, or a mapping by robot."""
 
 OTHERS = "*"
-"""The key of a mapping for all robots that it does not name."""
+"""Key of a mapping for all robots that the mapping does not name."""
 
 
 def find_controller(controller: str | Controller, references: bool = False) -> Controller:
-    """The controller of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
+    """Return the controller of a name, with parameters if wanted (`ssgiff:beta=0.01`).
 
     A name may be a composition of layers, `social_odometry+sgiff+subsumption:beta=0.01`, or a kind
-    of policy and its file, `sb3:model.zip`.
-    UnknownNameError for an unknown name or parameter, ConfigError for a text
-    of another form or a value that does not fit; also for a reference, which knows the ground
-    truth, unless `references` are wanted.
+    of policy and its file, `sb3:model.zip`. UnknownNameError for an unknown name or parameter;
+    ConfigError for a text of another form, for a value that does not fit, and for an oracle unless
+    `references` is true.
 
     >>> find_controller("ssgiff:beta=0.01").name
     'ssgiff'
@@ -49,18 +48,18 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
 
 
 def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> Controller:
-    """The controller of a swarm: of one for all robots, of a list, or of a mapping.
+    """Return the controller of a swarm, given one for all robots, a list or a mapping.
 
-    A list has one entry for each robot. The keys of a mapping are agents (`epuck_0`) or numbers of
-    robots; robots that it does not name have what it says of `*`, or else the task's default, which
-    also stands for None. Entries are what `find_controller` takes; oracles are refused.
+    A list has one entry for each robot. The keys of a mapping are names (`epuck_0`) or indices of
+    robots; robots that it does not name get its entry `*`, or else the default of the task. Entries
+    are arguments of `find_controller`; oracles are refused.
 
-    ConfigError for a list of another length, UnknownNameError for a robot that there is not.
+    ConfigError for a list of another length, UnknownNameError for an unknown robot.
 
     Args:
         controller: One controller, a list with one for each robot, or a mapping; None: the task's
             default.
-        scenario: The world of the swarm, which says how many robots there are.
+        scenario: The scenario of the swarm; it gives the number of robots.
     """
     task = task_of(scenario)
     if isinstance(controller, Mapping):
@@ -81,7 +80,7 @@ def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> 
 
 
 def robot_number(robot: object, agents: Sequence[str]) -> int:
-    """The number of a robot that is given by number or name; UnknownNameError if there is none."""
+    """Return the index of a robot, given its index or name; UnknownNameError if unknown."""
     number: Any = agents.index(robot) if robot in agents else robot
     if isinstance(number, bool) or number not in range(len(agents)):
         raise UnknownNameError("robot", str(robot), agents)
@@ -123,7 +122,7 @@ def _admitted(controller: Controller, references: bool) -> Controller:
 
 
 PARAMETER = re.compile(r"\s*[A-Za-z_][\w.]*\s*=")
-"""How a parameter and its value begin."""
+"""Pattern of the beginning of `parameter=value`."""
 
 
 def parse_controller(
@@ -132,11 +131,11 @@ def parse_controller(
     example: str = "ssgiff:beta=0.01,refractory=10",
     first: str | None = None,
 ) -> tuple[str, dict[str, str]]:
-    """The name and the parameters in `name:parameter=value,parameter=value`.
+    """Return the name and the parameters of `name:parameter=value,parameter=value`.
 
-    Scenarios are named so too; a refusal tells of which kind it is, and gives an example. A value
-    alone, in the first place, is that of the parameter `first`: the path of a file, which goes on
-    to the next `,parameter=`, and may hold "=" behind what is no parameter's name.
+    Scenarios have the same syntax; `kind` and `example` appear in error messages. A first value
+    without a parameter name is that of the parameter `first`: the path of a file, which extends to
+    the next `,parameter=` and may contain "=" after text that is no parameter name.
 
     >>> parse_controller("ssgiff:beta=0.01,refractory=10")
     ('ssgiff', {'beta': '0.01', 'refractory': '10'})
@@ -162,7 +161,7 @@ def parse_controller(
 
 
 def _items(rest: str, first: str | None) -> list[str]:
-    """What stands between commas, but for those in the path of the parameter `first`."""
+    """Split at commas, except for those in the path of the parameter `first`."""
     items = rest.split(",")
     while first and len(items) > 1 and not PARAMETER.match(items[1]):
         items[:2] = [",".join(items[:2])]

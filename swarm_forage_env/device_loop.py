@@ -1,8 +1,8 @@
-"""The worlds of a loop on a GPU, which runs them and resets them.
+"""A loop whose worlds run on a GPU, where they are also reset.
 
-Ticks are the same text as on a CPU, `run_ticks`, in one launch. The records stay in the memory of
-the GPU; arrays are copied back when they are read. A kernel cannot raise: errors are noted, and
-raised by `check`.
+Ticks have the same source as on a CPU, `run_ticks`, in one launch. The records stay in the memory
+of the GPU; arrays are copied back when they are read. A kernel cannot raise: it writes error codes,
+and `check` raises them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,60 +23,60 @@ from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import PlacedArray, checked_device
 
 MAX_THREADS = 128
-"""Most threads of a block; with more, a thread could not have all registers that one can have."""
+"""Maximum of threads of a block; with more, a thread could not use all its registers."""
 
 ENOUGH_BLOCKS = 160
-"""Blocks among which few worlds are spread: about one for each multiprocessor of a large GPU."""
+"""Number of blocks for few worlds: about one for each multiprocessor of a large GPU."""
 
 
 class DeviceLoop:
     """A block of worlds and the controller of all their robots, on a GPU.
 
-    The loop that it is made from stays on the CPU: what it holds of robots is as old as the last
-    `download`. ConfigError for what does not run on a GPU, with the reason.
+    The loop that it is created from stays on the CPU; its records are those of the last
+    `download`. ConfigError, with the reason, for what does not run on a GPU.
     """
 
     def __init__(self, loop: Loop) -> None:
-        """Bring the worlds of a loop to the GPU, as they stand: of a blank one the first alone."""
+        """Copy the worlds of a loop to the GPU; of a blank loop, only the first is transferred."""
         self.layers, on_gpu = _layers_of(loop)
         self.loop, self.memory = loop, DeviceMemory()
         self.functions = {**loop.world.functions, **self.layers.functions, **on_gpu}
-        """What the templates of ticks and of worlds that begin have free names for."""
+        """Functions bound to the free names of `run_ticks` and `begin_worlds`."""
         self._run = bind_grid(run_ticks, self.functions)
         self._begin = bind_grid(begin_worlds, self.functions)
         shape = loop.world.robots.shape
         self.grid = grid_of(*shape)
-        """Blocks, and threads of a block: robots by worlds."""
+        """Number of blocks, and threads of a block (robots, worlds)."""
         self._modes = self.memory.to_device(loop.world.modes)
         put = self.memory.repeated if loop.is_blank else self.memory.to_device
         self.arrays = {name: put(own) for name, own in self._host().items()}
         self.trouble = self.memory.to_device(loop.world.trouble)
-        """What went wrong in each world since `check` was called."""
+        """Error code of each world since the last call of `check`."""
         world, layers = (tuple(self.arrays[name] for name in names) for names in (WORLD, LAYERS))
         self.ticking = world, layers, self.trouble
-        """What templates of ticks are handed: arrays of worlds and layers, and what went wrong."""
+        """Arguments of the templates of ticks: arrays of worlds and layers, and error codes."""
         first_robot, *places = map(self.memory.repeated, loop.world.starts)
         firsts = map(self.memory.to_device, self.layers.firsts)
         self.starts: tuple[Any, ...] = first_robot, *firsts, *places
-        """What worlds start from: as `World.starts`, with first records of the layers."""
+        """Arrays from which worlds start: `World.starts`, with initial records of the layers."""
 
     @property
     def world(self) -> World:
-        """The worlds on the CPU: their scenarios hold, their records are old."""
+        """Worlds on the CPU: their scenarios are current, their records are not."""
         return self.loop.world
 
     @property
     def launch(self) -> tuple[Any, ...]:
-        """What a kernel over all worlds is launched on: the grid, and the stream of the memory."""
+        """Launch configuration of a kernel over all worlds: the grid, and the memory's stream."""
         return self.memory.launch(self.grid)
 
     @property
     def estimators(self) -> PlacedArray | None:
-        """What the estimators keep, worlds by robots; None where no robot has one."""
+        """State of the estimators, shape (worlds, robots); None if no robot has one."""
         return self.arrays["minds"] if self.layers.has_beliefs else None
 
     def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """A template over worlds, in one launch; its last argument it is given here."""
+        """Return a template over worlds as one launch, which gets its last argument here."""
         compiled, n_worlds = bind_grid(template, functions), self.world.n_worlds
 
         def run(*arguments: object) -> None:
@@ -85,19 +85,19 @@ class DeviceLoop:
         return run
 
     def run(self, n_ticks: int, modes: PlacedArray | None = None) -> None:
-        """Some ticks of every world in one launch, of which nothing is copied back.
+        """Run some ticks of every world in one launch; nothing is copied back.
 
-        `modes` is a number for each world, int8: STANDS, RUNS, or BEGINS.
+        `modes` is the mode of each world, int8: STANDS, RUNS or BEGINS; by default all run.
         """
         self._launch(self._run, n_ticks, self._modes if modes is None else modes)
 
     def step(self, modes: PlacedArray | None = None) -> None:
-        """One tick of every world, or of those that run."""
+        """Run one tick of every world, or of those that `modes` selects."""
         self.run(1, modes)
 
     @cached_property
     def stages(self) -> dict[str, Callable[[], None]]:
-        """The stages of a tick of every world, each a kernel of its own, to be timed."""
+        """Stages of a tick of every world, each as a separate kernel, for timing."""
         kernels = {name: bind_grid(run_ticks, {**self.functions, **only(name)}) for name in HANDED}
         return {name: partial(self._launch, each, 1, self._modes) for name, each in kernels.items()}
 
@@ -107,7 +107,7 @@ class DeviceLoop:
 
     @property
     def traffic(self) -> dict[str, int]:
-        """Bytes of the records of each stage: read once, and once more for those that it writes."""
+        """Bytes moved by each stage: arrays that it reads, plus arrays that it writes."""
         at = self.arrays
         return {
             stage: sum(at[name].nbytes for name in (*HANDED[stage], *WRITTEN[stage]))
@@ -122,8 +122,7 @@ class DeviceLoop:
     ) -> None:
         """Reset worlds, each from its seed, as `Loop.reset` does; nothing is copied back.
 
-        Numbers of other scenarios are written by the CPU. Where robots find no room, `check` raises
-        it.
+        The CPU writes the parameters of other scenarios. If robots find no room, `check` raises.
         """
         seed_of = self.world.seed_of(seeds, worlds)
         which = [*seed_of]
@@ -141,7 +140,7 @@ class DeviceLoop:
         self.run(1, which_begin)
 
     def fields(self, layout: FieldLayout) -> tuple[Any, Any, Any, Any, int]:
-        """Where the fields of a layout lie, for `read_fields` and `write_fields`."""
+        """Return the location of the fields of a layout, for `read_fields` and `write_fields`."""
         at, own = self.arrays, self.layers.arrays[0].dtype
         minds = np.dtype([("estimator", own)]) if self.layers.has_beliefs else own
         spans = spans_of(layout, {"robots": self.world.robots.dtype, "minds": minds})
@@ -150,7 +149,7 @@ class DeviceLoop:
         return robots, minds, robots, self.memory.to_device(spans), self.world.n_robots
 
     def upload(self, which: Sequence[int], names: Sequence[str] | None = None) -> None:
-        """Bring these worlds to the GPU as they stand on the CPU, or arrays of these names."""
+        """Copy the records of these worlds to the GPU, or only the arrays of these names."""
         host = {name: own for name, own in self._host().items() if name != "earned"}
         if any(self.arrays[name].shape != own.shape for name, own in host.items()):
             raise ConfigError(
@@ -163,14 +162,14 @@ class DeviceLoop:
                     self.memory.write(self.arrays[name][first:last], own[first:last])
 
     def download(self) -> Loop:
-        """The loop on the CPU, with its robots, worlds and minds as they stand on the GPU."""
+        """Copy the records that ticks change from the GPU, and return the loop on the CPU."""
         host, self.loop.is_blank = self._host(), False
         for name in CHANGED:
             host[name][...] = self.memory.read(self.arrays[name])
         return self.loop
 
     def check(self) -> None:
-        """Raise what went wrong since the last time, as `Loop.check`: waits for the GPU."""
+        """Raise errors since the last call, as `Loop.check` does; this waits for the GPU."""
         if self.memory.read(self.trouble[-1:])[0]:
             self.world.trouble[...] = self.memory.read(self.trouble)
             self.memory.write(self.trouble, np.zeros_like(self.world.trouble))
@@ -178,23 +177,23 @@ class DeviceLoop:
             self.loop.check()
 
     def _host(self) -> dict[str, Array]:
-        """The arrays on the CPU, as views."""
+        """Return the arrays on the CPU, as views."""
         world, layers = self.loop.world, self.layers
         arrays = dict(zip(WORLD, world.arrays, strict=True))
-        arrays["cells"] = np.zeros((world.n_worlds, 0), np.int32)  # neighbours are found without
+        arrays["cells"] = np.zeros((world.n_worlds, 0), np.int32)  # a GPU uses no cells
         return arrays | dict(zip(LAYERS, layers.arrays, strict=True))
 
 
 def placed(loop: Loop, device: str) -> Loop | DeviceLoop:
-    """A loop where its worlds are to run; ConfigError for what does not run there."""
+    """Return the loop on its device; ConfigError for what does not run there."""
     return loop if checked_device(device) == "cpu" else DeviceLoop(loop)
 
 
 WORLD = "robots", "worlds", "near", "cells", "obstacles", "earned", "faults"
-"""Arrays of the world that templates are handed."""
+"""Names of the world's arrays, in the order in which templates receive them."""
 
 LAYERS = "minds", "memories", "shared", "settings"
-"""Arrays of the controller that templates are handed."""
+"""Names of the controller's arrays, in the order in which templates receive them."""
 
 HANDED = {
     "decide": ("robots", "minds", "memories", "shared", "settings"),
@@ -208,17 +207,17 @@ WRITTEN = {
     "tick": ("robots", "worlds", "near"),
     "observe": ("robots", "minds"),
 }
-"""Those of them that it writes."""
+"""Arrays that each stage of a tick writes."""
 
 CHANGED = "robots", "worlds", "minds", "memories", "faults"
-"""Arrays of which a tick goes on: what it reads and what ticks before it have written."""
+"""Arrays that ticks change and later ticks read."""
 
 NUMBERS = "worlds", "obstacles", "faults", "settings"
-"""Arrays that hold the numbers of a scenario."""
+"""Arrays that hold parameters of a scenario."""
 
 
 def grid_of(n_worlds: int, n_robots: int) -> Grid:
-    """Blocks, and threads of a block: robots by worlds.
+    """Return the number of blocks, and the threads of a block (robots, worlds).
 
     >>> grid_of(10_000, 10)
     (834, (10, 12))
@@ -233,7 +232,7 @@ def grid_of(n_worlds: int, n_robots: int) -> Grid:
 
 
 def _layers_of(loop: Loop) -> tuple[CompiledLayers, Mapping[str, Kernel]]:
-    """How a GPU runs a loop's controller and worlds; ConfigError for what a CPU runs only."""
+    """Return a loop's layers and GPU functions; ConfigError for what runs on a CPU only."""
     if loop.task.gpu is None:
         raise ConfigError(f"device='cuda': the task {loop.task.name} runs on a CPU only")
     if loop.physics != "kinematic":

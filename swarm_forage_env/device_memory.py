@@ -1,4 +1,4 @@
-"""Arrays in the memory of a GPU, and the stream in whose order they are copied and worked on."""
+"""Arrays in the memory of a GPU, and the CUDA stream that orders copies and kernels."""
 
 from types import ModuleType
 from typing import Any, cast
@@ -12,18 +12,18 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.worlds_on_cpu import Memory, PlacedArray
 
 Grid = tuple[int, tuple[int, int]]
-"""Blocks, and threads of a block: robots by worlds."""
+"""Number of blocks, and threads of a block (robots, worlds)."""
 
 
 class DeviceMemory(Memory):
-    """The memory of a GPU: every copy and every kernel is in the order of one stream."""
+    """Memory of a GPU; every copy and every kernel runs in one stream."""
 
     def __init__(self) -> None:
         self._gpu = usable_gpu()
         self._stream: object = 0
 
     def change_stream(self, address: object) -> None:
-        """Go on in the stream of an address, after the one before; ConfigError for no address."""
+        """Continue in the stream of this address, after the current one; ConfigError if invalid."""
         if not isinstance(address, int) or isinstance(address, bool) or address < 0:
             raise ConfigError(
                 f"stream={address!r}: must be the address of a stream of CUDA, as"
@@ -37,21 +37,21 @@ class DeviceMemory(Memory):
         done.wait(self._stream)
 
     def launch(self, grid: Grid) -> tuple[object, ...]:
-        """What a kernel is launched on: a grid, and the stream."""
+        """Return the launch configuration of a kernel: a grid, and the stream."""
         return *grid, self._stream
 
     def mark(self) -> Any:  # noqa: ANN401 an event of the GPU
-        """A moment in what the GPU does, from which another can be timed by `elapsed_time` [ms]."""
+        """Record an event in the stream; `elapsed_time` gives the time between two events [ms]."""
         event = self._gpu.event()
         event.record(self._stream)
         return event
 
     def to_device(self, array: Array) -> Any:  # noqa: ANN401 an array of numba's, on a GPU
-        """A copy of an array in the memory of the GPU."""
+        """Return a copy of an array in GPU memory."""
         return self._gpu.to_device(np.ascontiguousarray(array), stream=self._stream)
 
     def repeated(self, array: Array) -> Any:  # noqa: ANN401 as above
-        """As `to_device`, of an array whose rows are as the first: no other leaves the CPU."""
+        """Copy an array with equal rows to the GPU, transferring only the first row."""
         if not array.size:
             return self.to_device(array)
         there, size, done = self.empty(array.shape, array.dtype), array.nbytes, array[:1].nbytes
@@ -64,24 +64,24 @@ class DeviceMemory(Memory):
         return there
 
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> Any:  # noqa: ANN401 as above
-        """An array in the memory of the GPU."""
+        """Return a new array in GPU memory."""
         return self._gpu.device_array(shape, dtype, stream=self._stream)
 
     def write(self, there: Any, array: Array) -> None:  # noqa: ANN401 as above
-        """Copy an array into one of the GPU."""
+        """Copy an array into an array on the GPU."""
         there.copy_to_device(np.ascontiguousarray(array), stream=self._stream)
 
     def read(self, there: Any) -> Array:  # noqa: ANN401 as above
-        """A copy of an array of the GPU in the memory of the CPU: waits for the GPU."""
+        """Return a copy of a GPU array in the memory of the CPU; this waits for the GPU."""
         array: Array = there.copy_to_host(stream=self._stream)
         return array
 
     def lend(self, there: PlacedArray) -> PlacedArray:
-        """An array to be handed out, which its receiver must not write to."""
+        """Return the array itself, for reading only."""
         return there
 
     def as_device_array(self, tensor: object) -> PlacedArray:
-        """An array of any library on the same GPU, without a copy; ConfigError for another."""
+        """Return a view of any library's array on this GPU; ConfigError for another array."""
         if hasattr(tensor, "__cuda_ndarray__"):
             return cast(PlacedArray, tensor)
         if not hasattr(tensor, "__cuda_array_interface__"):
@@ -93,7 +93,7 @@ class DeviceMemory(Memory):
 
 
 def usable_gpu() -> ModuleType:
-    """The module of numba for GPUs; ConfigError where there is no GPU."""
+    """Return numba's module for GPUs; ConfigError if there is no GPU."""
     cuda = gpu()
     if not cuda.is_available():
         raise ConfigError("device='cuda': no NVIDIA GPU with its driver found; take device='cpu'")

@@ -1,4 +1,4 @@
-"""Episodes: what a task is judged by at the end of one, whoever runs it."""
+"""Episodes: their results, and how a task measures them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
@@ -8,44 +8,44 @@ from typing import Any, Protocol
 from swarm_forage_env.arrays import Array
 
 MeasuredLoop = Any
-"""A `Loop` or a `DeviceLoop`, from floors above."""
+"""A `Loop` or a `DeviceLoop`, which this module cannot import."""
 
 
 class EpisodeMeter(Protocol):
     """Measures a block of worlds while it runs."""
 
     def next_sample(self, tick: int) -> int:
-        """The next tick after this one with which something is to be measured."""
+        """Return the next tick after this one at which something is measured."""
 
     def sample(self, tick: int) -> None:
-        """Look at the worlds after this tick, 1 being the first."""
+        """Measure the worlds after this tick; the first tick is 1."""
 
     def results(self) -> list[dict[str, object]]:
-        """What each world came to, by the names of its metrics; the worlds are over."""
+        """Return the metrics of each world by name; the episodes must be over."""
 
 
 @dataclass(frozen=True)
 class EpisodeKind:
-    """What an episode of a task is, and what is compared."""
+    """Result class, meter and metrics of the episodes of a task."""
 
     episode: type[Any]
-    """A frozen dataclass: which episode it was (scenario, controller, seed, physics, n_robots,
+    """Frozen dataclass: the identity of an episode (scenario, controller, seed, physics, n_robots,
     duration_s), its metrics, and the computing time wall_s."""
     meter: Callable[[MeasuredLoop], EpisodeMeter]
-    """Makes what measures the worlds of a control loop."""
+    """Creates the meter of a control loop."""
     score: str
     """Metric by which controllers are compared."""
     score_words: str
-    """The same for a reader."""
+    """Description of the score for readers."""
     columns: Mapping[str, tuple[str, float]]
-    """Metrics in the order of the table, with their headings and the factor to their units."""
+    """Metrics in the order of the table, each with its heading and the factor to its unit."""
     sometimes_words: str = ""
-    """The heading of the table of the metrics that only some episodes have."""
+    """Heading of the table of the metrics that only some episodes have."""
 
     @property
     def sometimes(self) -> tuple[str, ...]:
-        """Fields that only episodes of some scenarios have, None in all others, which stand in a
-        table of their own; datasets of earlier releases lack them."""
+        """Metrics of episodes of some scenarios, None in all others; they have a separate table,
+        and datasets of earlier releases lack them."""
         return tuple(each.name for each in fields(self.episode) if each.default is None)
 
     @property
@@ -54,19 +54,19 @@ class EpisodeKind:
         return tuple(each.name for each in fields(self.episode) if each.default == ())
 
     def axis(self, metric: str) -> str:
-        """The heading of a metric in one line, for an axis."""
+        """Return the heading of a metric on one line, for an axis."""
         return self.columns[metric][0].replace("-\n", "").replace("\n", " ")
 
 
 @dataclass(frozen=True)
 class EpisodeHeader:
-    """Which episode it was."""
+    """Identity of an episode."""
 
     scenario: str
     controller: str
-    """The controller as the user named it: `ssgiff`, or `ssgiff:beta=0.02`."""
+    """Controller as the user named it: `ssgiff`, or `ssgiff:beta=0.02`."""
     seed: int
-    """Seed of the world; controllers under one seed meet the same world."""
+    """Seed of the world; all controllers get the same world from one seed."""
     physics: str
     """Engine that moved the robots."""
     n_robots: int
@@ -79,33 +79,33 @@ class Episode(EpisodeHeader):
     """The results of an episode; a task adds its metrics by a subclass."""
 
     wall_s: float
-    """Computing time: an equal share of that of the block the episode ran in [s]."""
+    """Computing time [s]: an equal share of that of the block of the episode."""
 
 
 Judge = Callable[[Any], Mapping[str, Array]]
-"""What worlds that are over came to: of each metric a number for each world."""
+"""Computes the metrics of finished worlds, with one value for each world."""
 
 
 class FinalMeter:
-    """Judges worlds by how they stand when they are over."""
+    """Meter that computes metrics from the final state of the worlds."""
 
     def __init__(self, judge: Judge, loop: MeasuredLoop) -> None:
         self._judge, self._loop = judge, loop
 
     def next_sample(self, tick: int) -> int:
-        """There is nothing to measure on the way."""
+        """Return the last tick, as nothing is measured before it."""
         return int(self._loop.world.scenario.n_ticks)
 
     def sample(self, tick: int) -> None:
-        """All is read in `results`."""
+        """Do nothing; `results` reads the final state."""
 
     def results(self) -> list[dict[str, object]]:
-        """The metrics of each world."""
+        """Return the metrics of each world."""
         metrics = self._judge(self._loop.download().world)
         columns = (each.tolist() for each in metrics.values())
         return [dict(zip(metrics, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def judged_at_the_end(judge: Judge) -> Callable[[MeasuredLoop], EpisodeMeter]:
-    """Makes what judges worlds by how they stand when they are over."""
+    """Return a function that creates meters of the final state of worlds."""
     return partial(FinalMeter, judge)

@@ -1,4 +1,4 @@
-"""What goes wrong on purpose: exceptions and a warning, each naming what, why and what would do."""
+"""Exceptions and a warning, whose messages name the cause, the reason and a remedy."""
 
 import re
 from collections.abc import Iterable
@@ -6,7 +6,7 @@ from difflib import SequenceMatcher, get_close_matches
 from numbers import Integral
 
 MAX_SHOWN = 80
-"""Characters of a value that a message shows whole."""
+"""Length up to which a message shows a value in full [characters]."""
 
 
 class ConfigError(ValueError):
@@ -14,14 +14,14 @@ class ConfigError(ValueError):
 
 
 class RenamedWarning(FutureWarning):
-    """An old name, which goes on working for one release: the message tells the new one."""
+    """An old name, which still works for one release; the message gives the new name."""
 
 
 class UnknownNameError(KeyError):
     """An unknown name: the message gives the nearest known one."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], note: str = "") -> None:
-        """Say what is unknown, which names are known, and in a note why others are not."""
+        """Compose the message: the unknown name, known names, and a note on names left out."""
         names = sorted(known)
         near = (
             nearest(name, names)
@@ -39,9 +39,9 @@ class UnknownNameError(KeyError):
 
 
 def nearest(name: str, names: Iterable[str]) -> list[str]:
-    """The names that are most like a name: one, or several that are equally like it.
+    """Return the names most similar to a name: one, or several that are equally similar.
 
-    Capitals do not count, nor what an id of Gymnasium has around a name.
+    Case is ignored, and so are the namespace and the version of a Gymnasium id.
 
     >>> nearest("ssgif", ["nc", "ssgiff", "ssgikf"])
     ['ssgiff', 'ssgikf']
@@ -55,7 +55,7 @@ def nearest(name: str, names: Iterable[str]) -> list[str]:
 
 
 def shown(value: object) -> str:
-    """A value as a message shows it: on one line, of a bounded length.
+    """Return a value as a message shows it: on one line, of bounded length.
 
     >>> shown([3, "m"])
     "[3, 'm']"
@@ -64,20 +64,20 @@ def shown(value: object) -> str:
     """
     try:
         text = " ".join(repr(value).split())
-    except ValueError:  # of a whole number of thousands of digits
+    except ValueError:  # a whole number of thousands of digits
         text = f"<{type(value).__name__} of thousands of digits>"
     return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN // 2]}..."
 
 
 def checked_count(name: str, value: object) -> int:
-    """A whole number of at least 1; ConfigError for anything else, under this name."""
+    """Return a whole number of at least 1; ConfigError, with this name, for anything else."""
     if type(value) is not bool and isinstance(value, Integral) and int(value) >= 1:
         return int(value)
     raise ConfigError(f"{name}={value!r}: must be a whole number, at least 1")
 
 
 def file_reason(error: OSError) -> str:
-    """What is wrong and with which file, without the system's number.
+    """Return the message of an error and its file, without the system's error number.
 
     >>> print(file_reason(OSError(28, "No space left on device", "x.png")))
     No space left on device: 'x.png'

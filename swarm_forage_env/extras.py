@@ -1,4 +1,4 @@
-"""Extras: which of them brings a package, and so what to install where that is missing."""
+"""Extras: the packages that each installs, and the remedy for a missing package."""
 
 import sys
 from collections.abc import Iterator
@@ -16,15 +16,15 @@ EXTRAS = {
     "ray": {"ray"},
     "torchrl": {"benchmarl", "torch", "torchrl"},
 }
-"""What each extra brings beside those that it builds on."""
+"""Packages of each extra, without those of extras that it builds on."""
 
 
 COMMON_NAMES = ("baselines", "training")
-"""The packages beside this one, whose names other people's packages may have."""
+"""Other packages of this distribution; foreign packages may have the same names."""
 
 
 def remedy(module: str | None) -> str | None:
-    """The command that installs a missing module; None if no extra brings it.
+    """Return the command that installs a missing module; None if no extra contains it.
 
     >>> remedy("torch.nn")
     "pip install 'swarm-forage[train]'"
@@ -35,7 +35,7 @@ def remedy(module: str | None) -> str | None:
 
 
 def other_package(module: str | None) -> str | None:
-    """What to do about a package of somebody else that hides one of ours; None if none does."""
+    """Return the remedy if a foreign package hides one of ours; None if none does."""
     package = (module or "").partition(".")[0]
     if package not in COMMON_NAMES:
         return None
@@ -53,7 +53,7 @@ def other_package(module: str | None) -> str | None:
 
 @contextmanager
 def missing_told() -> Iterator[None]:
-    """End the program with one line and status 1 if a package that an extra brings is missing."""
+    """End the program with one line and status 1 if a package of an extra is missing."""
     try:
         yield
     except ImportError as error:

@@ -13,16 +13,15 @@ from swarm_forage_env.templates import Function, FunctionT
 
 
 def plain(function: FunctionT) -> FunctionT:
-    """The function in Python that a kernel was made of; anything else as it is."""
+    """Return the Python function of a kernel; return anything else unchanged."""
     return cast(FunctionT, getattr(function, "py_func", function))
 
 
 def fingerprint(function: Function, *around: object) -> str:
-    """A hash of the bytecode and the constants of a function and of all that it calls.
+    """Return a hash of the bytecode and the constants of a function and of all that it calls.
 
-    What is read of other modules and of enumerations belongs to it, the variables of the function
-    around it and its defaults too. `around` is what else machine code depends on, as the version of
-    a compiler.
+    The hash includes values read from other modules and enumerations, closure variables and
+    defaults. `around` is what else machine code depends on, such as the version of a compiler.
     """
     text = hashlib.sha256(repr(around).encode())
     for piece in _pieces(cast(FunctionType, plain(function)), set()):
@@ -31,7 +30,7 @@ def fingerprint(function: Function, *around: object) -> str:
 
 
 def _pieces(function: FunctionType, seen: set[int]) -> Iterator[object]:
-    """What the machine code of a function depends on, in the order of its names."""
+    """Yield what the machine code of a function depends on, in the order of its names."""
     if id(function) in seen:
         return
     seen.add(id(function))
@@ -53,7 +52,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _content(value: object, names: tuple[str, ...], seen: set[int]) -> Iterator[object]:
-    """What machine code takes from a value that is at hand to a function with these names."""
+    """Yield what machine code takes from a value that a function with these names can read."""
     function = getattr(value, "py_func", value)
     if isinstance(function, FunctionType):
         yield from _pieces(function, seen)
@@ -71,7 +70,7 @@ def _content(value: object, names: tuple[str, ...], seen: set[int]) -> Iterator[
 
 
 def _constant(value: object) -> object:
-    """A value that holds no others, as a thing whose `repr` tells it from all others; or None."""
+    """Return a simple value as an object with an unambiguous `repr`; None for other values."""
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, ExternalFunction):

@@ -1,4 +1,4 @@
-"""What is reported of a block of worlds: global state for critics, logs, and trajectories."""
+"""Reports on a block of worlds: global state for critics, logs and trajectories."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -15,15 +15,15 @@ from swarm_forage_env.spaces import Feature, Layout
 
 
 class GlobalState(ABC):
-    """What is true in a block of worlds, flat: each robot, then the world and the time."""
+    """Flat true state of a block of worlds: each robot, then the world and the time."""
 
     infos: tuple[str, ...]
-    """What is logged of each robot, by name."""
+    """Names of the values that are logged for each robot."""
     logs: tuple[Kernel, Kernel]
-    """What writes it: of a robot, what its estimator keeps or what a policy says, its world, and
-    the row of numbers, which are 0 before; without beliefs, and with."""
+    """Functions that write these values, without and with beliefs; arguments: robot, its mind (the
+    record of its estimator or its policy), its world, and the output row, which is 0 before."""
     counts: frozenset[str] = frozenset()
-    """Those of which several robots have the sum; of everything else they have the mean."""
+    """Infos that are summed over several robots; all others are averaged."""
 
     def __init__(
         self,
@@ -41,7 +41,7 @@ class GlobalState(ABC):
         self.space: Box = self.layout.box()
 
     def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
-        """One row for each world, as the layout says."""
+        """Return one row for each world, in the order of `layout`."""
         shape = self._world.robots.shape
         robots = np.concatenate([each.reshape(*shape, -1) for each in self.of_robots()], axis=2)
         rows = [each.reshape(len(robots), -1) for each in (robots, *self.of_world())]
@@ -49,49 +49,49 @@ class GlobalState(ABC):
 
     @abstractmethod
     def robot_features(self) -> Sequence[Feature]:
-        """The features of one robot."""
+        """Return the features of one robot."""
 
     @abstractmethod
     def of_robots(self) -> Sequence[Array]:
-        """The numbers of the robots, in the order of their features: worlds, robots, any axes."""
+        """Return the robots' features in order, each of shape (worlds, robots, ...)."""
 
     def world_features(self) -> Sequence[Feature]:
-        """The features of the world beside its robots: none."""
+        """Return the features of the world without its robots; by default none."""
         return ()
 
     def of_world(self) -> Sequence[Array]:
-        """The numbers of the worlds, in the order of their features: worlds, any axes."""
+        """Return the worlds' features in order, each of shape (worlds, ...)."""
         return ()
 
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryColumn:
-    """One column: what a table calls it, its type, and what it is for a reader."""
+    """One column of a trajectory: its name, type and description."""
 
     name: str
     kind: str
-    """NumPy type: of the numbers, or of the codes of words."""
+    """NumPy type of the values, or of the codes of words."""
     text: str
-    """What the column holds, with its unit."""
+    """Description of the column, with its unit."""
     words: tuple[str, ...] = ()
-    """The word of each code, where the column holds words."""
+    """Word of each code, if the column holds words."""
 
     @property
     def is_nullable(self) -> bool:
-        """The column may be empty: a float that is NaN, a code that is -1."""
+        """Whether values may be missing: NaN in floats, -1 in codes."""
         return bool(self.words) or self.kind.startswith("f")
 
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryKind:
-    """What the robots of a task leave behind in a tick."""
+    """Columns recorded of the robots of a task in every tick."""
 
     columns: tuple[TrajectoryColumn, ...]
     take: Callable[[Any, Array], Mapping[str, Array]]
-    """The columns as they stand now, each (worlds, robots), from a block and the minds of its
-    robots. NaN and -1 stand for what there is not."""
+    """Returns the current columns, each of shape (worlds, robots), of a block and the minds of its
+    robots; missing values are NaN or -1."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the columns."""
+        """Names of the columns."""
         return tuple(each.name for each in self.columns)

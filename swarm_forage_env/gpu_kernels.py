@@ -1,8 +1,8 @@
-"""How kernels of a GPU are compiled and launched by numba-cuda.
+"""Compilation and launch of GPU kernels with numba-cuda.
 
-A GPU fetches machine code more slowly than it runs it, so that a kernel has each loop once. Python
-prepares an argument of a launch only if it differs from the one before: a launch of
-thirty arrays takes numba-cuda a quarter of a millisecond.
+A GPU fetches machine code more slowly than it runs it, so loops are not unrolled. An argument of a
+launch is prepared only if it differs from that of the launch before: numba-cuda takes a quarter of
+a millisecond to launch a kernel on thirty arrays.
 """
 
 import re
@@ -12,10 +12,10 @@ from threading import Lock
 from typing import Any
 
 _SWITCH = Lock()
-"""Held while what numba-cuda calls to make PTX is another function."""
+"""Lock held while the function that numba-cuda calls to make PTX is replaced."""
 
 GPU_OPTIONS = {"lto": False}
-"""What numba-cuda compiles with: where it optimises as it links, it fuses products and sums."""
+"""Options of numba-cuda: with optimisation at link time it would fuse products and sums."""
 
 LABEL = re.compile(r'"?([\w.$-]+)"?:')
 BRANCH = re.compile(r"\s+br .*label ")
@@ -27,15 +27,15 @@ EXTREME = re.compile(
 )
 
 LOOP, ONCE = "!9000001", "!9000002"
-"""Numbers of what marks a loop in LLVM's text."""
+"""Metadata that marks a loop in LLVM's text."""
 
 
 @contextmanager
 def compiled_for_gpu() -> Iterator[None]:
-    """What is compiled for a GPU meanwhile has each loop once, and the numbers of a CPU.
+    """Compile GPU code in this context without unrolled loops, and with the results of a CPU.
 
-    Numba's decorator has no option for either, but what it calls to make PTX takes LLVM's text and
-    whether a product and a sum are rounded each.
+    Numba's decorator has no option for either, but the function that it calls to make PTX takes
+    LLVM's text and an option that disables fused products and sums.
     """
     from numba.cuda.cudadrv import nvvm
 
@@ -55,10 +55,10 @@ def compiled_for_gpu() -> Iterator[None]:
 
 
 def as_on_cpu(text: str) -> str:
-    """LLVM's text of functions, in which no loop may be unrolled and `max` and `min` are Python's.
+    """Return LLVM's text with loop unrolling disabled, and with Python's `max` and `min`.
 
-    A loop ends with a branch back: to a block that stands before it in its function. Of two zeros
-    of unlike signs Python takes the first one, and a GPU the positive one.
+    A loop ends with a branch back, to an earlier block of its function. Of two zeros with different
+    signs, Python takes the first one, and a GPU the positive one.
 
     Source: LLVM Language Reference Manual, llvm.loop.unroll.disable.
     """
@@ -79,7 +79,7 @@ def as_on_cpu(text: str) -> str:
 
 
 def _compared(to: str, kind: str, name: str, one: str, other: str) -> str:
-    """The larger or the smaller of two numbers: the second one if it is, else the first."""
+    """Return LLVM's text for Python's `max` or `min`, which prefer the first of equal numbers."""
     order = "ogt" if name == "max" else "olt"  # codespell:ignore
     is_other = f'%"{to}.is_other"'
     return (
@@ -89,7 +89,7 @@ def _compared(to: str, kind: str, name: str, one: str, other: str) -> str:
 
 
 class PreparedKernel:
-    """A kernel that is launched on the same arrays again and again.
+    """A kernel for repeated launches on the same arrays.
 
     kernel[blocks, threads, stream](*arguments)
     """
@@ -100,7 +100,7 @@ class PreparedKernel:
         self._words: list[_Words] = []
 
     def __getitem__(self, launch: tuple[Any, ...]) -> Callable[..., None]:
-        """The kernel on a grid, and in a stream."""
+        """Return the kernel on a grid and in a stream."""
         from cuda.core import LaunchConfig
         from cuda.core import launch as launch_kernel
         from numba.cuda.cudadrv.driver import _to_core_stream
@@ -126,7 +126,7 @@ class PreparedKernel:
 
 
 class _Words:
-    """The words that a kernel is handed for one of its arguments, an array or a number."""
+    """Launch words of one argument of a kernel: an array, a number or a tuple of them."""
 
     def __init__(self, dispatcher: Any, compiled: Any, kind: Any) -> None:  # noqa: ANN401
         from numba.cuda import types
@@ -139,7 +139,7 @@ class _Words:
         self._parts = [_Words(dispatcher, compiled, each) for each in kind] if is_tuple else []
 
     def fits(self, given: Any) -> bool:  # noqa: ANN401 an array, a number or a tuple of them
-        """Whether the kernel is compiled for an argument of this type; its words are made."""
+        """Return whether the kernel accepts the type of an argument, and prepare its words."""
         if given is self._given and not self._is_number:
             return True
         if self._parts:

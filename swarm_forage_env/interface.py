@@ -1,7 +1,7 @@
-"""The border between a world and its controllers: what a layer consists of.
+"""Interface between worlds and controllers: the parts of a layer.
 
-A layer is a few functions on records, compiled together with those of the other layers, or a rule
-written in NumPy, which is called between `observe` and `decide` on the arrays of a whole block.
+A layer is a set of functions on records, compiled together with those of the other layers, or a
+rule written in NumPy, called between `observe` and `decide` on the arrays of a whole block.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,21 +19,21 @@ from swarm_forage_env.record import Record, Rows
 from swarm_forage_env.record import field as record_field
 
 KEEP, REPLACE, CORRECT, RULE, COURSE = range(5)
-"""What an action does with a layer: nothing; a learner takes its place, or is added to it; a rule
-written in NumPy takes its place; or a learner says the speed, and how far off the course."""
+"""Effect of an action on a layer: none; a learner replaces it, or corrects its output; a rule in
+NumPy replaces it; or a learner gives the speed and the angle off the course."""
 
 Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
 
 
 class NoMemory(Record):
-    """The memory of a layer that remembers nothing; numba knows no record without a field."""
+    """Memory of a layer that remembers nothing; numba supports no record without a field."""
 
     nothing: int = record_field(np.int8)
 
 
 def refuse_falsifying(name: str, scenario: BaseScenario) -> None:
-    """ConfigError if faults of a scenario change messages: those of this controller cannot be."""
+    """Raise ConfigError if faults falsify messages, as this controller supports no such fault."""
     for fault in scenario.falsifying:
         raise ConfigError(
             f"{fault}: scenario '{scenario.name}' falsifies messages, and those of controller"
@@ -43,165 +43,164 @@ def refuse_falsifying(name: str, scenario: BaseScenario) -> None:
 
 @dataclass(frozen=True)
 class WeightingLayer:
-    """How much of what is heard enters the own estimate."""
+    """Layer that weighs a received estimate against the robot's own one."""
 
     gain: Kernel
-    """The weight in [0, 1] of what was heard."""
+    """Computes the weight in [0, 1] of the received estimate."""
     numbers: KernelNumbers = field(default_factory=dict)
-    """Its parameters, one record a world."""
+    """Parameters by name; each world has its own record of them."""
     heard_p_share: float = 0.0
-    """Part that the heard p plays in the merged p: p = (1 - g) p_i + share g p_j."""
+    """Share of the received p in the merged p: p = (1 - g) p_i + share g p_j."""
 
     @property
     def all_numbers(self) -> KernelNumbers:
-        """The record that kernels are handed: the parameters, and the share of the heard p."""
+        """Parameters that kernels receive: those of the layer, and the share of the received p."""
         return {**self.numbers, "heard_p_share": self.heard_p_share}
 
 
 @dataclass(frozen=True)
 class EstimatorLayer:
-    """What a robot believes, as records and functions on them."""
+    """Layer that maintains the beliefs of a robot, as a record and functions on it."""
 
     mind: type[Record]
-    """All that the estimator keeps of a robot; among it what the other layers see."""
+    """State that the estimator keeps for a robot, with the inputs of the other layers."""
     numbers: KernelNumbers
-    """Its parameters, one record a world."""
+    """Parameters by name; each world has its own record of them."""
     kernels: Mapping[str, Kernel]
-    """The functions that the templates of the task name. Of robots that forage they include
-    `falsify` and `repeat` if faults can change the messages."""
+    """Functions bound to free names of the task's templates. In foraging they include `falsify` and
+    `repeat` if faults can change the messages."""
     observe: Kernel
-    """The row template `observe_world`: the first half of the control, before the cut."""
+    """Row template `observe_world`: the first half of the control, before the cut."""
     shared: tuple[int, ...] | None = None
-    """Shape of what it keeps for each pair of robots; None: nothing."""
+    """Shape of the state kept for each pair of robots; None if there is none."""
     own_weighting: WeightingLayer | None = None
-    """The weighting that the filter itself has, for the rule `filter`."""
+    """Weighting that the estimator itself defines, used by the rule `filter`."""
 
     def check_falsifiable(self, name: str, scenario: BaseScenario) -> None:
-        """ConfigError if faults of a scenario would change messages that this cannot falsify."""
+        """Raise ConfigError if a scenario falsifies messages and this layer cannot."""
         if not {"falsify", "repeat"} <= set(self.kernels):
             refuse_falsifying(name, scenario)
 
 
 @dataclass(frozen=True)
 class MotionLayer:
-    """Where a robot goes."""
+    """Layer that drives a robot."""
 
     steer: Kernel
     """Writes the command of a robot."""
     numbers: KernelNumbers
-    """Its parameters, one record a world."""
+    """Parameters by name; each world has its own record of them."""
     memory: type[Record] = NoMemory
-    """What it remembers between ticks; of a field `stream` every robot has its own."""
+    """State kept between ticks; a field `stream` is a random stream of each robot."""
     noise: NoiseSource = NoiseSource.WANDER
-    """What it draws from that stream for."""
+    """Source of noise that this stream is for."""
     kernels: Mapping[str, Kernel] = field(default_factory=dict)
-    """Further functions that the templates of the task name: of robots that forage `reflex` and
-    `walk`, which go on where a learner steers."""
+    """Further functions bound to free names of the task's templates: in foraging `reflex` and
+    `walk`, which can stay active when a learner steers."""
 
 
 @dataclass(frozen=True)
 class CompiledLayers:
-    """The layers of all robots of a block as `run_ticks` runs them, in one call with the world."""
+    """Layers of all robots of a block, as `run_ticks` runs them in one call with the world."""
 
     functions: Mapping[str, Kernel]
-    """What the templates of a tick have free names for: `observe_world`, `decide_world`, and the
-    functions that these name."""
+    """Functions bound to the free names of a tick's templates: `observe_world`, `decide_world`, and
+    the functions that these call."""
     arrays: tuple[Any, ...]
-    """What the estimator keeps of each robot, what the motion remembers of it, what the estimator
-    keeps of each pair, and parameters, in one column for robots that share them; of joined layers a
-    tuple of these for each."""
+    """The estimator's state of each robot, the motion's memory of it, the estimator's state of each
+    pair, and parameters, in one column for robots that share them; for joined layers, a tuple of
+    these for each."""
     firsts: tuple[Array, ...] = ()
-    """One record each of what estimator and motion keep before anything has happened; none where a
-    CPU must reset them."""
+    """Initial records of estimator and motion, one of each; empty if only a CPU can reset them."""
     noise: int = 0
-    """What the motion draws for from the stream in its memory."""
+    """Source of noise that the stream in the motion's memory is for."""
     has_beliefs: bool = True
-    """There is an estimator, whose beliefs can be logged."""
+    """Whether there is an estimator, whose beliefs can be logged."""
 
 
 class WeightingRule(Protocol):
-    """A weighting written in NumPy."""
+    """Weighting written in NumPy."""
 
     heard_p_share: float
 
     def __call__(self, exchange: Rows) -> Float32[Array, "rows weights"]:
-        """The weights of all robots; those of a robot without an exchange do not count."""
+        """Return the weights of all robots; those of robots without an exchange are ignored."""
 
 
 class MotionRule(Protocol):
-    """A motion written in NumPy, for all robots of a block of worlds.
+    """Motion written in NumPy, for all robots of a block of worlds.
 
-    It is told the scenario of the first world, once: of a scenario it may use what stays as long
-    as a world does (the scenario's `fixed`), and not what differs from world to world.
+    It is created from the scenario of the first world only. It may use parameters that are constant
+    for the life of a world (the scenario's `fixed`), but none that differ between worlds.
     """
 
     def __call__(self, situation: Rows, *seen: Rows) -> Float32[Array, "rows 2"]:
-        """What every robot is commanded, by copies of the records that `steer` takes of each.
+        """Return the command of every robot, given copies of the records that `steer` takes.
 
-        Of robots that forage: situation, readings, heard, wheels; the last are the last command.
+        In foraging these are situation, readings, heard and wheels, the last command.
         """
 
     def reset(self, world: int, seed: int) -> None:
-        """Forget everything about one world, and draw from this seed from now on."""
+        """Reset the state of one world, and draw from this seed from now on."""
 
 
 class RunningController(Protocol):
-    """The layers of all robots of a block of worlds."""
+    """Layers of all robots of a block of worlds."""
 
     minds: Array
-    """What each robot keeps: records with the fields `estimator` and `motion`."""
+    """State of each robot: records with the fields `estimator` and `motion`."""
 
     @property
     def has_rules(self) -> bool:
-        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        """Whether a layer is a rule in NumPy, called once for all worlds."""
 
     @property
     def compiled(self) -> CompiledLayers:
-        """All that it does between two cuts, for one call with the worlds."""
+        """Functions and arrays of all its work between two cuts, for one call with the worlds."""
 
     def check_on_gpu(self) -> None:
-        """ConfigError for layers that run on a CPU only, with the reason."""
+        """Raise ConfigError, with the reason, for layers that run on a CPU only."""
 
     def consult(self) -> None:
-        """Ask the rules written in NumPy, and write their actions."""
+        """Call the rules written in NumPy, and write their actions."""
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Forget everything about the worlds first .. last - 1, and draw from these seeds."""
+        """Reset the worlds first .. last - 1, and seed their random streams with these seeds."""
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> object:
-        """The numbers of one world's layers in another scenario; ConfigError if one has none."""
+        """Return a world's layer parameters in another scenario; ConfigError if unsupported."""
 
     def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
-        """Go by these numbers in one world from now on."""
+        """Use these parameters in one world from now on."""
 
     def snapshot(self) -> Any:  # noqa: ANN401 of the controller
-        """All that the next ticks depend on, as copies, picklable."""
+        """Return copies of all that the next ticks depend on; they can be pickled."""
 
     def restore(self, kept: Any) -> None:  # noqa: ANN401 as above
-        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        """Restore a snapshot; arrays keep their place in memory."""
 
 
 @runtime_checkable
 class Controller(Protocol):
-    """A named controller with its parameters, before it meets a world."""
+    """A named controller with its parameters, independent of any world."""
 
     @property
     def name(self) -> str:
-        """What it is called, without its parameters."""
+        """Name of the controller, without its parameters."""
 
     def with_parameters(self, values: Mapping[str, Any]) -> "Controller":
-        """The same controller with some parameters changed."""
+        """Return the same controller with some parameters changed."""
 
     def check_supports(self, scenario: BaseScenario) -> None:
-        """ConfigError if it is not made for such a world."""
+        """Raise ConfigError if the controller does not support a scenario."""
 
 
 @runtime_checkable
 class TeamController(Controller, Protocol):
-    """A controller of robots, which may live among robots of other controllers."""
+    """A controller whose robots may share a world with robots of other controllers."""
 
     def language(self, scenario: BaseScenario) -> object:
-        """What its robots understand: those of equal languages are a team."""
+        """Return the language of its messages: robots with equal languages form a team."""
 
     def build_team(
         self,
@@ -209,18 +208,18 @@ class TeamController(Controller, Protocol):
         seeds: Sequence[int],
         each: Sequence[Sequence[Any]],
     ) -> RunningController:
-        """The running controller of a team: of each world what drives each of its robots, None
-        for a robot of another team, which is to be left alone."""
+        """Start a team. `each[world][robot]` is the controller of a robot, or None for robots of
+        other teams, which are not controlled."""
 
 
 @runtime_checkable
 class PolicyOverLayers(Controller, Protocol):
-    """A controller that is a policy over something else, as over hand-written layers."""
+    """A policy on top of another controller, such as hand-written layers."""
 
     policy: object
 
     def under(self, scenario: BaseScenario) -> TeamController:
-        """What does the rest."""
+        """Return the controller below the policy."""
 
     def over(
         self,
@@ -228,23 +227,23 @@ class PolicyOverLayers(Controller, Protocol):
         inner: RunningController,
         robots: Sequence[int],
     ) -> RunningController:
-        """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
+        """Start the policy of some robots on top of `inner`; ConfigError if it does not fit."""
 
     def pilot(self, scenario: BaseScenario) -> Any:  # noqa: ANN401 an `envs.pilot.Pilot`
-        """The policy, compiled; ConfigError for one that Python must call."""
+        """Return the compiled policy; ConfigError if Python must call it."""
 
 
 def has_talk(controller: object) -> bool:
-    """Whether robots of a controller tell each other what a weighting can weigh; by default yes."""
+    """Return whether robots send what a weighting can weigh; true by default."""
     return bool(getattr(controller, "talks", True))
 
 
 def is_privileged(controller: object) -> bool:
-    """Whether a controller is an oracle, which knows the ground truth."""
+    """Return whether a controller is an oracle, which knows the ground truth."""
     return bool(getattr(controller, "is_privileged", False))
 
 
 def files_read_by(part: object) -> Sequence[Path]:
-    """The files that a part of a controller or world reads, as that of a policy."""
+    """Return the files that a part of a controller or world reads, such as a policy file."""
     files: Sequence[Path] = getattr(part, "reads", ())
     return files

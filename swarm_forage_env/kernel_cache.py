@@ -1,7 +1,7 @@
-"""The files in which machine code is kept: checked against damage, and against other people.
+"""Cache files of machine code, checked for damage and for access by other users.
 
-A file begins with the hash of its content. One that is damaged, or whose functions lay in a module
-that has another name now, counts as missing. A folder that others may write is not used.
+A file begins with the hash of its content. A file that is damaged, or that refers to a module which
+was renamed, counts as missing. A folder to which other users may write is not used.
 """
 
 import os
@@ -18,22 +18,22 @@ from pathlib import Path
 from numba.core.caching import IndexDataCacheFile
 
 HASH = sha256().digest_size
-"""Length of the hash in front of a file's content [byte]."""
+"""Length of the hash at the beginning of a file [byte]."""
 
 MOVED = ImportError, AttributeError
-"""Raised where machine code names a module, or a class of one, that has another name now."""
+"""Errors for machine code that refers to a renamed module or class."""
 
 
 def cache_folder() -> Path:
-    """Where the machine code of all kernels is kept."""
+    """Return the folder of the machine code of all kernels."""
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(home) / "swarm-forage" / "machine-code"
 
 
 def is_trusted(folder: Path) -> bool:
-    """Whether nobody but the user, or root, may write to a folder; one that is missing counts.
+    """Return whether only the user and root may write to a folder, or it is missing.
 
-    If others may, a message says so once.
+    If others may, a message is printed once.
     """
     with suppress(OSError):
         status = folder.stat()
@@ -47,7 +47,7 @@ def is_trusted(folder: Path) -> bool:
 
 @cache
 def tell_once(why: str) -> None:
-    """Tell the user, once, that no machine code is kept, and why."""
+    """Print, once, that no machine code is cached, and why."""
     sys.stderr.write(
         f"swarm-forage: every process compiles its kernels, in memory: {why}; name"
         " another folder in the variable XDG_CACHE_HOME\n"
@@ -55,7 +55,7 @@ def tell_once(why: str) -> None:
 
 
 class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
-    """Numba's files of one kernel, with the hash of its content in front of each."""
+    """Numba's cache files of one kernel, each beginning with the hash of its content."""
 
     def _load_index(self) -> dict[object, str]:
         content = _sound_content(Path(self._index_path))

@@ -1,14 +1,14 @@
 """Lanes: the threads that share the robots of a world, one on a CPU and many on a GPU.
 
-A barrier stands wherever a robot reads what another lane has written:
+A barrier separates the writes of a lane from the reads of other lanes:
 
     for i in range(lane(), n, lanes()):
         drive(swarm[i], world)
     barrier()
 
-A template gets these names when it is bound. On a CPU they are 0, 1 and nothing, and one call runs
-a chunk of worlds, world by world. On a GPU a block of threads holds a few whole worlds:
-`cuda.threadIdx.y` tells which of them, and `cuda.threadIdx.x` is the lane.
+A template gets these functions when it is bound. On a CPU they return 0, return 1 and do nothing,
+and one call runs a chunk of worlds, world by world. On a GPU a block of threads runs a few whole
+worlds: `cuda.threadIdx.y` is the index of the world, and `cuda.threadIdx.x` that of the lane.
 """
 
 from collections.abc import Callable
@@ -18,38 +18,38 @@ Functions = dict[str, Callable[..., int | None]]
 
 
 def lane() -> int:
-    """The number of this lane: 0."""
+    """Return the index of this lane: 0."""
     return 0
 
 
 def lanes() -> int:
-    """How many lanes share a world: 1."""
+    """Return the number of lanes that share a world: 1."""
     return 1
 
 
 def barrier() -> None:
-    """Wait for the other lanes: there are none."""
+    """Wait for the other lanes; on a CPU there are none."""
 
 
 def first_world(first: int) -> int:
-    """The first world of this call."""
+    """Return the first world of this call."""
     return first
 
 
 def end_world(last: int) -> int:
-    """The first world after those of this call."""
+    """Return the first world after those of this call."""
     return last
 
 
 ON_CPU: Functions = {each.__name__: each for each in (lane, lanes, barrier, first_world, end_world)}
-"""The names on a CPU."""
+"""These functions on a CPU, by name."""
 
 
 def on_gpu(cuda: ModuleType) -> Functions:
-    """The names on a GPU, of numba's module for GPUs or of what simulates it.
+    """Return these functions on a GPU, given numba's module for GPUs or its simulator.
 
-    A thread of a GPU runs one world, which may lie beyond the last: it has no robots then, and
-    meets the others at their barriers.
+    Each thread runs one world. A thread beyond the last world has no robots, but reaches all
+    barriers.
     """
 
     def lane() -> int:

@@ -1,8 +1,8 @@
-"""How numba compiles kernels: without what nobody asks of them.
+"""Numba's compilation of kernels, without the steps that they do not need.
 
-Who holds an array is not counted in a kernel that is given all its arrays: a tenth of a tick. A
-kernel that other kernels call alone is left as it is until an entry point takes it in, which
-compiles a controller of a world in 0.6 of the time, to the same machine code.
+A kernel that receives all its arrays does no reference counting, which saves a tenth of a tick. A
+kernel called by other kernels only is not optimised before it is linked into an entry point: a
+controller compiles in 0.6 of the time, to the same machine code.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,16 +23,16 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.templates import FunctionT
 
 VIEWS = "getitem", "static_getitem"
-"""Steps of a function whose result is part of an array that is held anyway."""
+"""Operations whose result is part of an array that the function holds anyway."""
 
 
 def lean(function: FunctionT, options: Mapping[str, object]) -> FunctionT:
-    """The function as numba compiles it, without counts wherever it can do without."""
+    """Return the function compiled by numba, without reference counting wherever possible."""
     return cast(FunctionT, _LeanDispatcher(function, {}, {"nopython": True, **options}))
 
 
 class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """A dispatcher whose functions have an entry for Python only where Python calls them."""
+    """Dispatcher that creates an entry point for Python only if Python calls the function."""
 
     def __init__(self, function: Callable[..., object], *options: object) -> None:
         super().__init__(function, *options)
@@ -42,7 +42,7 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
         )
 
     def get_call_template(self, *arguments: object) -> object:
-        """Compile for a kernel that calls it; ConfigError where it names a field there is none."""
+        """Compile for a kernel that calls this one; ConfigError if it reads an unknown field."""
         with global_compiler_lock:
             self._compiler.is_inner = True
             try:
@@ -54,16 +54,16 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
                 self._compiler.is_inner = False
 
     def add_overload(self, result: CompileResult) -> None:
-        """Let Python find what it can call."""
+        """Add an overload; Python finds only those that it can call."""
         if isinstance(result.entry_point, _NoEntry):
             self.overloads[tuple(result.signature.args)] = result
         else:
             super().add_overload(result)
 
     def compile(self, signature: object) -> object:
-        """Compile again, for calls from Python, what was compiled for a kernel."""
+        """Compile; an overload compiled for a kernel is compiled again for calls from Python."""
         arguments, return_type = normalize_signature(signature)
-        with global_compiler_lock:  # what another thread compiles, it compiles for a kernel
+        with global_compiler_lock:  # only the thread that holds it may have set `is_inner`
             compiled = self.overloads.get(tuple(arguments))
             if not self._compiler.is_inner:
                 if compiled and isinstance(compiled.entry_point, _NoEntry):
@@ -76,11 +76,11 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
 
 
 class _NoEntry:
-    """Stands for the entry of a function that Python does not call."""
+    """Placeholder for the entry point of a function that Python does not call."""
 
 
 class Inner(Compiler):  # type: ignore[misc]
-    """Numba's compiler without wrappers and machine code of a function that its callers take in."""
+    """Numba's compiler for functions linked into callers: no wrappers and no machine code."""
 
     def __init__(self, *parts: object) -> None:
         super().__init__(*parts)
@@ -91,7 +91,7 @@ class Inner(Compiler):  # type: ignore[misc]
         state.targetctx.get_executable = lambda *_: _NoEntry()
 
     def compile_extra(self, function: Callable[..., object]) -> CompileResult:
-        """Compile a function into a library that is linked and never run."""
+        """Compile a function into a library that is linked, but never run itself."""
         library = self.state.targetctx.codegen().create_library(function.__qualname__)
         library._optimize_final_module = lambda: None
         library._finalize_final_module = partial(_finalize_unloaded, library)
@@ -105,7 +105,7 @@ def _finalize_unloaded(library: CPUCodeLibrary) -> None:
 
 
 class Lean(Compiler):  # type: ignore[misc]
-    """Numba's compiler, but its machine code does not count who holds an array."""
+    """Numba's compiler without reference counting of arrays."""
 
     def __init__(self, *parts: object) -> None:
         super().__init__(*parts)
@@ -113,20 +113,20 @@ class Lean(Compiler):  # type: ignore[misc]
 
 
 class _LeanInner(Inner, Lean):
-    """Both."""
+    """The compiler of both."""
 
 
 class _LeanWhereItCan(_FunctionCompiler):  # type: ignore[misc]
-    """Compiles with counts only what makes an array, hands one back or is handed one."""
+    """Counts references only in functions that create or return arrays, or get one from a call."""
 
     is_inner = False
-    """A kernel asks for the function, and not Python."""
+    """Whether the function is compiled for a kernel, and not for Python."""
 
     def _compile_core(self, *signature: object) -> CompileResult:
         pipelines = (_LeanInner, Inner) if self.is_inner else (Lean, self.pipeline_class)
         options = self.targetdescr, self.targetoptions, self.locals
         fast, usual = (_FunctionCompiler(self.py_func, *options, each) for each in pipelines)
-        with suppress(NumbaError):  # a function that makes one is refused
+        with suppress(NumbaError):  # numba refuses a function that creates an array
             result = fast._compile_core(*signature)
             if not _is_handed_arrays(result):
                 return result
@@ -134,7 +134,7 @@ class _LeanWhereItCan(_FunctionCompiler):  # type: ignore[misc]
 
 
 def _is_handed_arrays(result: CompileResult) -> bool:
-    """Whether machine code returns an array, or calls what may return one."""
+    """Return whether machine code returns an array, or calls a function that may return one."""
     steps = result.type_annotation.calltypes.items()
     called = (of for at, of in steps if isinstance(at, Expr) and at.op not in VIEWS)
     model = result.target_context.data_model_manager

@@ -1,8 +1,8 @@
-"""The control loop: decide, tick, observe, over a block of worlds and on several threads.
+"""The control loop: decide, tick and observe, for a block of worlds, on several threads.
 
     controller.decide -> world.tick -> controller.observe -> [the cut] -> controller.decide ...
 
-At the cut a learner writes `world.robots["action"]`, which takes the place of a layer.
+At the cut, a learner can replace a layer by writing `world.robots["action"]`.
 """
 
 import os
@@ -32,21 +32,21 @@ EachT = TypeVar("EachT")
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A block of worlds and its controller in mid-episode, to be pickled and restored anywhere."""
+    """State of a block of worlds and its controller, to be pickled and restored anywhere."""
 
     kind: str
-    """Task, engine and controller; how many worlds, and robots in each."""
+    """Task, engine, controller, number of worlds, and number of robots in each."""
     world: Mapping[str, Any]
-    """What the worlds were."""
+    """Snapshot of the worlds."""
     controller: Any
-    """What the robots believed and remembered, with the numbers of their layers."""
+    """Snapshot of the controller: beliefs, memories and layer parameters of the robots."""
 
 
 class Loop(WorldsOnCpu):
-    """A block of worlds and the controller of all their robots, in turn.
+    """A block of worlds and the controller of all their robots.
 
-    The result does not depend on the number of threads: each runs its own worlds. A copy, by
-    `copy.deepcopy` or by pickle, goes on from the same tick, bit for bit.
+    Results do not depend on the number of threads: each thread runs its own worlds. A copy, by
+    `copy.deepcopy` or by pickle, continues from the same tick, bit for bit.
 
     >>> from swarm_forage_env.controllers import find_controller
     >>> from swarm_forage_env.scenarios import find_scenario
@@ -65,19 +65,19 @@ class Loop(WorldsOnCpu):
         threads: int = 1,
         is_blank: bool = False,
     ) -> None:
-        """One world for each seed, sensed and about to move.
+        """Create one world for each seed, with its first observations computed.
 
-        `scenario` and `controller` are one for all worlds or one for each; they may differ in
-        every number but how many robots there are. Robots of different controllers in one world
-        are a `MixedController`. A block that `is_blank` has one scenario and one controller, and
-        nobody in it has a place before a reset.
+        `scenario` and `controller` are one for all worlds or one for each; their parameters may
+        differ, but not the number of robots. A `MixedController` gives the robots of a world
+        different controllers. A block that `is_blank` has one scenario and one controller, and its
+        robots have no positions before a reset.
         """
         scenarios = _one_each(scenario, seeds)
         self.task = task.one_task(scenarios)
         self.physics = physics or self.task.physics
         self.world: World = self.task.world(scenarios, () if is_blank else seeds, self.physics)
         self.is_blank = is_blank
-        """All worlds are as the first."""
+        """Whether all worlds are still equal to the first one, as no reset has placed robots."""
         controllers = _one_each(controller, seeds)
         mixed = (each for each in controllers if isinstance(each, MixedController))
         leader = next(mixed, controllers[0])
@@ -97,11 +97,10 @@ class Loop(WorldsOnCpu):
         worlds: Sequence[int] | None = None,
         scenarios: BaseScenario | Sequence[BaseScenario] | None = None,
     ) -> None:
-        """Reset worlds, each from its seed: those of these indices, or all.
+        """Reset the worlds of these indices, or all, each from its seed.
 
-        With `scenarios`, one for all of these worlds or one for each, they have other numbers from
-        now on. The other worlds go on untouched. ConfigError, before anything changes, for what
-        does not fit.
+        `scenarios`, one for all of these worlds or one for each, replace their scenarios. Other
+        worlds are not changed. ConfigError, before any change, if an argument does not fit.
         """
         seed_of = self.world.seed_of(seeds, worlds)
         which = [*seed_of]
@@ -111,7 +110,7 @@ class Loop(WorldsOnCpu):
         self._begin(seed_of)
 
     def renumber(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
-        """Give worlds the numbers of other scenarios; ConfigError, before anything changes."""
+        """Replace the scenarios of some worlds; ConfigError, before any change, for a misfit."""
         task.check_fit([self.world.scenarios[w] for w in which], scenarios)
         numbers = [
             self.controller.numbers_in(w, scenario)
@@ -122,18 +121,18 @@ class Loop(WorldsOnCpu):
             self.controller.renumber(w, each)
 
     def download(self) -> "Loop":
-        """The loop itself: what a loop of a GPU copies back is here already."""
+        """Return the loop itself, whose records are on the CPU already."""
         return self
 
     def step(self) -> None:
-        """One tick of every world: `exchange` and `situation` are what layers are shown next."""
+        """Run one tick of every world; `exchange` and `situation` then hold the next inputs."""
         self.run(1)
 
     def run(self, n_ticks: int, modes: Modes | None = None) -> None:
-        """Some ticks of every world, in one compiled call where no Python must come in between.
+        """Run ticks of every world, in one compiled call unless Python must run between ticks.
 
         `modes` is STANDS or RUNS for each world; by default all run. ConfigError for a command
-        that is not finite, or a weight that is no share.
+        that is not finite, or a weight outside [0, 1].
         """
         is_stepped = self.controller.has_rules or not self.world.is_compiled
         at_once = 1 if is_stepped else max(n_ticks, 1)
@@ -144,11 +143,11 @@ class Loop(WorldsOnCpu):
             self.check()
 
     def snapshot(self) -> Snapshot:
-        """All that the next ticks depend on, to be restored any number of times."""
+        """Return all that the next ticks depend on; it can be restored any number of times."""
         return Snapshot(self._kind, self.world.snapshot(), self.controller.snapshot())
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on as when the snapshot was taken, bit for bit; ConfigError if it does not fit."""
+        """Restore a snapshot; the next ticks repeat bit for bit. ConfigError if it does not fit."""
         if snapshot.kind != self._kind:
             raise ConfigError(f"a snapshot of {snapshot.kind}, cannot be restored in {self._kind}")
         scenarios = snapshot.world["scenarios"]
@@ -158,12 +157,12 @@ class Loop(WorldsOnCpu):
         self.controller.restore(snapshot.controller)
 
     def __getstate__(self) -> dict[str, Any]:
-        """What makes the same loop again, and how it stands."""
+        """Return the arguments that create the loop again, and a snapshot."""
         made_by = self.controllers, self.physics, self.threads
         return {"made_by": made_by, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
-        """A copy of the loop, compiled again, which continues where this one is."""
+        """Create the loop from its arguments and restore the snapshot."""
         controllers, physics, threads = state["made_by"]
         scenarios = list(state["snapshot"].world["scenarios"])
         Loop.__init__(self, scenarios, controllers, range(len(scenarios)), physics, threads)
@@ -178,12 +177,12 @@ class Loop(WorldsOnCpu):
 
     @property
     def exchange(self) -> Rows:
-        """A copy of what the weighting layer of every robot sees; ConfigError if none has one."""
+        """Copy of each robot's input to the weighting; ConfigError if there is no estimator."""
         return self._estimated("exchange")
 
     @property
     def situation(self) -> Rows:
-        """The same of what the motion layer sees of a robot's beliefs."""
+        """Copy of the beliefs that the motion of each robot receives; ConfigError as above."""
         return self._estimated("situation")
 
     def _estimated(self, name: str) -> Rows:
@@ -191,13 +190,13 @@ class Loop(WorldsOnCpu):
         return shown
 
     def scene(self, which: int = 0) -> Scene:
-        """What is drawn of one world as it stands; ConfigError if its task has no drawing."""
+        """Return the scene of one world at its current tick; ConfigError if it has no drawing."""
         if self.task.scene is None:
             raise ConfigError(f"the task {self.task.name} has no drawing")
         return self.task.scene(self.world, self.controller.minds, which)
 
     def _begin(self, seed_of: Mapping[int, int]) -> None:
-        """Let the controller forget the worlds of these seeds, then sense and observe in them."""
+        """Reset the controller in the worlds of these seeds, then sense and observe in them."""
         self.is_blank = False
         stages = tuple(STAGES) if self.world.is_compiled else AFTER_ENGINE
         for first, last in task.consecutive([*seed_of]):
@@ -206,14 +205,14 @@ class Loop(WorldsOnCpu):
         self.check()
 
     def run_stages(self, *stages: str, first: int = 0, last: int | None = None) -> None:
-        """Run some stages of one tick alone, of `ticks.STAGES`, in the worlds first .. last - 1."""
+        """Run only these stages (`ticks.STAGES`) of one tick, in the worlds first .. last - 1."""
         end = self.world.n_worlds if last is None else last
         self._call(stages, 1, self.world.modes, first, end)
 
     def _call(
         self, stages: tuple[str, ...], n_ticks: int, modes: Modes, first: int, last: int
     ) -> None:
-        """Run ticks, or stages of them, of world and controller in one compiled call."""
+        """Run ticks, or only some of their stages, in one compiled call."""
         world, layers = self.world, self._layers
         if stages not in self._kernels:
             functions = {**world.functions, **layers.functions, **only(*stages)}
@@ -222,7 +221,7 @@ class Loop(WorldsOnCpu):
         kernel(world.arrays, layers.arrays, modes, world.trouble, first, last, n_ticks)
 
     def _advance(self, n_ticks: int, modes: Modes, first: int, last: int) -> None:
-        """Some ticks of those of the worlds first .. last - 1 that run."""
+        """Run ticks of those of the worlds first .. last - 1 whose mode is RUNS."""
         if self.world.is_compiled:
             self._call(tuple(STAGES), n_ticks, modes, first, last)
             return
@@ -234,19 +233,19 @@ class Loop(WorldsOnCpu):
 
     @property
     def trouble(self) -> Trouble:
-        """What went wrong in each world since `check` was called."""
+        """Error code of each world since the last call of `check`."""
         return self.world.trouble
 
     def check(self) -> None:
-        """Raise what went wrong in a tick, once."""
+        """Raise the error of the first world that has one, and clear all errors."""
         if self.world.trouble[-1]:
             each = [members_of(own, self.world.n_robots) for own in self.controllers]
             raise task.trouble_in(self.world, lambda w, robot: str(each[w][robot].name))
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
-        """Do a piece of work on all worlds, one chunk of them on each thread.
+        """Call a function on all worlds, one chunk of them on each thread.
 
-        The thread that asks does the first chunk itself: waking another costs tens of us.
+        The calling thread runs the first chunk itself: waking another costs tens of us.
         """
         own, *others = self._chunks
         waiting = [pool(self.threads).submit(work, *chunk) for chunk in others]
@@ -255,12 +254,12 @@ class Loop(WorldsOnCpu):
             for each in waiting:
                 each.result()
         except BaseException:
-            wait(waiting)  # no thread may go on in these worlds when the error is told
+            wait(waiting)  # no thread may still run in these worlds when the error is raised
             raise
 
 
 AFTER_ENGINE = "tick", "observe"
-"""What follows an engine in Python in a tick."""
+"""Stages of a tick after an engine in Python."""
 
 
 @cache
@@ -269,12 +268,12 @@ def _pool_of(threads: int, process: int) -> ThreadPoolExecutor:
 
 
 def pool(threads: int) -> ThreadPoolExecutor:
-    """The thread pool of this process and number of threads; a forked process makes its own."""
+    """Return the pool of this process with that many threads; a forked process makes its own."""
     return _pool_of(threads, os.getpid())
 
 
 def chunks(n_worlds: int, threads: int) -> list[tuple[int, int]]:
-    """Consecutive worlds for each thread: first and last + 1.
+    """Return the consecutive worlds of each thread, as (first, last + 1).
 
     >>> chunks(5, 2)
     [(0, 3), (3, 5)]
@@ -284,7 +283,7 @@ def chunks(n_worlds: int, threads: int) -> list[tuple[int, int]]:
 
 
 def _one_each(given: EachT | Sequence[EachT], worlds: Sequence[int]) -> list[EachT]:
-    """One for each world; ConfigError for a list of another length."""
+    """Return one value for each world; ConfigError for a list of another length."""
     if not isinstance(given, list | tuple):
         return [cast(EachT, given)] * len(worlds)
     if len(given) != len(worlds):

@@ -1,8 +1,7 @@
 """Mixed swarms: robots of different controllers in one world.
 
-Robots whose controllers speak one language, as those with the same estimator do, are a team, whose
-members understand each other. What others say means nothing to them: of those they hear only where
-they are.
+Robots whose controllers share a language, such as those with the same estimator, form a team and
+understand each other's messages. Of robots of other teams they receive only range and bearing.
 """
 
 from collections import Counter
@@ -32,35 +31,35 @@ from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import Arrays, joined, nothing
 
 Team = list[int]
-"""Numbers of the robots that understand each other."""
+"""Indices of the robots that understand each other."""
 
 Bytes = UInt8[Array, "worlds robots bytes"]
 
 
 @dataclass(frozen=True)
 class MixedController:
-    """A controller for each robot."""
+    """A separate controller for each robot of a world."""
 
     members: tuple[Controller, ...]
-    """In the order of the robots."""
+    """Controllers in the order of the robots."""
 
     @property
     def name(self) -> str:
-        """How many robots there are of each: `4 ssgiff, 6 learned-motion`."""
+        """Number of robots of each controller: `4 ssgiff, 6 learned-motion`."""
         counts = Counter(each.name for each in self.members)
         return ", ".join(f"{n} {name}" for name, n in counts.items())
 
     @property
     def talks(self) -> bool:
-        """Whether any of its robots tells others anything to weigh."""
+        """Whether any of its robots sends what a weighting can weigh."""
         return any(map(has_talk, self.members))
 
     def with_parameters(self, values: Mapping[str, Any]) -> "MixedController":
-        """The same with some parameters of every robot's controller changed."""
+        """Return the same with some parameters of every robot's controller changed."""
         return replace(self, members=tuple(each.with_parameters(values) for each in self.members))
 
     def check_supports(self, scenario: BaseScenario) -> None:
-        """ConfigError if a controller is not made for such a world, or not for such company."""
+        """Raise ConfigError if a controller does not support the scenario or the other robots."""
         n_robots = scenario.task.n_robots
         if len(self.members) != n_robots:
             raise ConfigError(
@@ -84,7 +83,7 @@ class MixedController:
 
 
 def members_of(controller: Controller, n_robots: int) -> Sequence[Controller]:
-    """The controller of every robot of a world."""
+    """Return the controller of every robot of a world."""
     if isinstance(controller, MixedController):
         return controller.members
     return [controller] * n_robots
@@ -95,9 +94,9 @@ def build(
     seeds: Sequence[int],
     controllers: Sequence[Controller],
 ) -> RunningController:
-    """The running controllers of a block of worlds, of which each may have its own.
+    """Start the controllers of a block of worlds, one for each world.
 
-    ConfigError for controllers that are not made for these worlds, or not for each other.
+    ConfigError for controllers that do not support these worlds, or not each other.
     """
     pairs = zip(controllers, world.scenarios, strict=True)
     different = {(id(own), id(scenario)): (own, scenario) for own, scenario in pairs}.values()
@@ -129,15 +128,15 @@ def build(
 
 
 def _under(controller: Controller, scenario: BaseScenario) -> TeamController:
-    """What drives a robot but for a policy over something else."""
+    """Return the controller below a policy, or the controller itself."""
     if isinstance(controller, PolicyOverLayers):
         return controller.under(scenario)
     return cast(TeamController, controller)
 
 
 def _policies(rows: Sequence[Sequence[Controller]]) -> list[tuple[PolicyOverLayers, Team]]:
-    """Each policy over something else, with its robots; ConfigError if they are not the same
-    in all worlds."""
+    """Return each policy on top of other controllers, with its robots; ConfigError if they are not
+    the same in all worlds."""
     teams: dict[int, tuple[PolicyOverLayers, Team]] = {}
     for robot, each in enumerate(rows[0]):
         policies = [
@@ -154,7 +153,7 @@ def _policies(rows: Sequence[Sequence[Controller]]) -> list[tuple[PolicyOverLaye
 
 
 def _teams(members: Sequence[TeamController], scenario: BaseScenario) -> list[Team]:
-    """The robots that understand each other, in the order of the first of each team."""
+    """Return the teams of robots that understand each other, ordered by their first robots."""
     languages: list[object] = []
     known: dict[int, int] = {}
     teams: list[Team] = []
@@ -170,7 +169,7 @@ def _teams(members: Sequence[TeamController], scenario: BaseScenario) -> list[Te
 
 
 def _only(row: Sequence[TeamController], team: Team) -> list[TeamController | None]:
-    """The controllers of a team, None for everybody else."""
+    """Return the controllers of a team, with None for all other robots."""
     own = set(team)
     return [each if robot in own else None for robot, each in enumerate(row)]
 
@@ -178,14 +177,14 @@ def _only(row: Sequence[TeamController], team: Team) -> list[TeamController | No
 class RunningTeams:
     """Teams that share a block of worlds without understanding each other.
 
-    Every team keeps minds of its own for all robots; those of other teams' robots are never
-    written, so that they know and tell nothing.
+    Each team has its own `minds` for all robots; records of robots of other teams are never
+    written, so that they hold no beliefs and send nothing.
     """
 
     def __init__(
         self, running: Sequence[RunningController], teams: Sequence[Team], shape: tuple[int, ...]
     ) -> None:
-        """So many teams; `minds` hold what all estimators have in common, and what policies say."""
+        """Join teams; `minds` holds the fields that all estimators share, and policy messages."""
         self._running = running
         self.has_rules = any(each.has_rules for each in running)
         layered, policies = [], []
@@ -208,7 +207,7 @@ class RunningTeams:
 
     @property
     def compiled(self) -> CompiledLayers:
-        """All teams, one after the other; then what readers are shown is copied."""
+        """Layers of all teams, one by one; then shared fields are copied to `minds`."""
         copying = [
             CompiledLayers(
                 {"decide_world": nothing, "observe_world": copy_world}, (self._bytes, *spans)
@@ -218,19 +217,19 @@ class RunningTeams:
         return joined([*(each.compiled for each in self._running), *copying])
 
     def check_on_gpu(self) -> None:
-        """ConfigError: teams run on a CPU."""
+        """Raise ConfigError: teams run on a CPU only."""
         raise ConfigError(
             "device='cuda': robots of several teams run on a CPU only; take one controller of"
             " three layers, as ssgikf, or a policy that is everything"
         )
 
     def consult(self) -> None:
-        """Ask the rules written in NumPy, and write their actions."""
+        """Call the rules written in NumPy, and write their actions."""
         for each in self._running:
             each.consult()
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Forget everything about the worlds first .. last - 1."""
+        """Reset the worlds first .. last - 1."""
         for each in self._running:
             each.reset(first, last, seeds)
         minds, _, spans = self._shown[0]
@@ -238,20 +237,20 @@ class RunningTeams:
             copy_of_robots(self._bytes, minds, np.arange(minds.shape[1]), spans, world)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> list[Any]:
-        """The numbers of each team in one world, in another scenario."""
+        """Return the parameters of each team in one world under another scenario."""
         return [each.numbers_in(world, scenario) for each in self._running]
 
     def renumber(self, world: int, numbers: Sequence[Any]) -> None:
-        """Go by these numbers in one world from now on."""
+        """Use these parameters in one world from now on."""
         for each, own in zip(self._running, numbers, strict=True):
             each.renumber(world, own)
 
     def snapshot(self) -> tuple[Array, list[Any]]:
-        """What readers are shown, and what each team keeps."""
+        """Return copies of `minds` and of the state of each team."""
         return self.minds.copy(), [each.snapshot() for each in self._running]
 
     def restore(self, kept: tuple[Array, list[Any]]) -> None:
-        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        """Restore a snapshot; arrays keep their place in memory."""
         minds, teams = kept
         for each, own in zip(self._running, teams, strict=True):
             each.restore(own)
@@ -260,7 +259,7 @@ class RunningTeams:
 
 @row_template
 def copy_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Copy what readers are shown of a team in a world."""
+    """Copy the shared fields of the robots of a team in a world."""
     if n_robots > 0:
         to, source, robots, spans = layer_arrays
         copy_spans(to, source, robots, spans, w)
@@ -270,7 +269,7 @@ def copy_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int
 def copy_spans(to: Bytes, source: Bytes, robots: Array, spans: Array, w: int) -> None:
     """Copy parts of the records of some robots of a world.
 
-    A span is where a part begins in either record, and how long it is [bytes].
+    A span is the offset of a part in `to`, its offset in `source`, and its length [bytes].
     """
     for i in robots:
         for k in range(spans.shape[0]):
@@ -289,7 +288,7 @@ def _bytes(records: Array) -> Bytes:
 def _spans(
     shown: Sequence[tuple[str, np.dtype[Any]]], to: np.dtype[Any], source: np.dtype[Any]
 ) -> Int64[Array, "parts 3"]:
-    """The spans of an estimator's fields in two records that have them."""
+    """Return the spans of estimator fields in two records that both have them."""
     begins = [
         [
             offset_of(minds, "estimator") + offset_of(minds["estimator"], name)

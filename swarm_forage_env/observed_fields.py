@@ -1,7 +1,7 @@
 """Fields of records that policies observe or write: their layout, and copies to and from rows.
 
-A `FieldPath` says where a field of a record lies. The numbers of a robot are copied between its
-records and a row of an observation or action by spans of float32 words.
+A `FieldPath` locates a field of a record. Values are copied between the records of a robot and a
+row of an observation or action, in spans of float32 words.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -27,49 +27,49 @@ end_world: Kernel
 """Free names of the templates: lanes."""
 
 Sizes = Mapping[str, int]
-"""Sizes of named axes, as slots=4."""
+"""Sizes of named axes, as in slots=4."""
 
 Words = Float32[Array, "worlds words"]
-"""Records of the robots of some worlds as float32 words."""
+"""Records of the robots of some worlds, viewed as float32 words."""
 
 Spans = UInt64[Array, "spans 4"]
-"""Which array of records, the first word in a robot's, how many, and the first number of the row
-that they are copied to or from. Unsigned: a signed index costs a check that it is not negative,
-and copies five times the time."""
+"""Spans of words: index of the array of records, first word in a robot's record, number of words,
+and first element in the row. Unsigned, because signed indices are checked for negative values,
+which makes copying five times as slow."""
 
 
 @dataclass(frozen=True)
 class FieldPath:
-    """A field of a record, and where it lies."""
+    """Location of a field of a record."""
 
     part: str
-    """Its part of an observation, with which its name begins: `encounter`; empty: none."""
+    """Part of an observation, with which its name begins: `encounter`; empty: none."""
     source: str
-    """Where its record lies: `robots.readings`, `minds.estimator.situation`."""
+    """Path of its record: `robots.readings`, `minds.estimator.situation`."""
     record: type[Record]
     name: str
     label: str = ""
-    """Its name in the part; empty: as the field says."""
+    """Name in the part; empty: the name that the field declares."""
     each: str = ""
-    """The named axis along which a robot has a record each; empty: it has one."""
+    """Named axis along which a robot has several records; empty: it has one record."""
 
     @property
     def field(self) -> Field:
-        """What the record says of it."""
+        """Declaration of the field in its record."""
         return self.record.fields[self.name]
 
     @property
     def shown_as(self) -> str:
-        """Its name in the part."""
+        """Name in the part."""
         return self.label or self.field.label or self.name
 
     def shape(self, sizes: Sizes) -> tuple[int, ...]:
-        """Axes of the field of one robot."""
+        """Return the shape of the field of one robot."""
         axes = (*([self.each] if self.each else []), *self.field.shape)
         return tuple(sizes[axis] if isinstance(axis, str) else axis for axis in axes)
 
     def features(self, sizes: Sizes, scenario: BaseScenario | None) -> Iterator[Feature]:
-        """What each of its numbers is in a scenario."""
+        """Yield the feature of each element of the field in a scenario."""
         each, shape = self.field, self.shape(sizes)
         numbered = shape[: len(shape) - len(each.names)]
         axes = (*(map(str, range(n)) for n in numbered), *each.names)
@@ -80,19 +80,19 @@ class FieldPath:
 
 
 def paths(part: str, source: str, record: type[Record], names: str) -> tuple[FieldPath, ...]:
-    """The fields of a record of these names, separated by spaces."""
+    """Return the fields of a record with these names, which are separated by spaces."""
     return tuple(FieldPath(part, source, record, name) for name in names.split())
 
 
 def _cycled(value: object, scenario: BaseScenario | None) -> Iterator[Any]:
-    """The value of each number of a field, again and again: the same, or one for each component."""
+    """Return an endless iterator of one value, or of one value for each component in turn."""
     known = value(scenario) if callable(value) else value
     parts = known if isinstance(known, list | tuple) else [known]
     return cycle([part(scenario) if callable(part) else part for part in parts])
 
 
 class FieldLayout(Layout):
-    """The layout of numbers that are fields of records."""
+    """A layout of features that are fields of records."""
 
     paths: tuple[FieldPath, ...]
     sizes: Sizes
@@ -100,7 +100,7 @@ class FieldLayout(Layout):
     def __new__(
         cls, features: Iterable[Feature], paths: Sequence[FieldPath], sizes: Sizes
     ) -> "FieldLayout":
-        """Make the layout of these features, which are those of the fields, in order."""
+        """Create the layout of these features, which are the elements of these fields in order."""
         layout = super().__new__(cls, features)
         layout.paths, layout.sizes = tuple(paths), dict(sizes)
         return layout
@@ -109,11 +109,11 @@ class FieldLayout(Layout):
         return tuple(self), self.paths, self.sizes
 
     def columns(self, part: str) -> dict[str, slice]:
-        """The columns of each field of a part, by its name in the part."""
+        """Return the columns of each field of a part, by its name in the part."""
         return {path.shown_as: span for path, span in self._spans() if path.part == part}
 
     def matrix(self, records: Mapping[str, Array]) -> Float32[Array, "rows numbers"]:
-        """Observations in SI units of robots whose records are these, by name."""
+        """Return the observations, in SI units, of robots with these records, given by name."""
         columns = []
         for path, _ in self._spans():
             shape = path.shape(self.sizes)
@@ -132,13 +132,13 @@ class FieldLayout(Layout):
 def layout_of(
     paths: Sequence[FieldPath], sizes: Sizes, scenario: BaseScenario | None
 ) -> FieldLayout:
-    """What each number of these fields is in a scenario."""
+    """Return the layout of these fields in a scenario."""
     features = (each for path in paths for each in path.features(sizes, scenario))
     return FieldLayout(features, paths, sizes)
 
 
 def spans_of(layout: FieldLayout, dtypes: Mapping[str, RecordType]) -> Spans:
-    """Where the numbers of a layout lie in records of these types, in the order of `dtypes`."""
+    """Return the spans of a layout in records of these types, indexed in the order of `dtypes`."""
     spans, names, to = [], list(dtypes), 0
     for path in layout.paths:
         name, *rest = path.source.split(".")
@@ -157,7 +157,7 @@ def spans_of(layout: FieldLayout, dtypes: Mapping[str, RecordType]) -> Spans:
 
 
 def _joined(spans: Sequence[tuple[int, int, int, int]]) -> Spans:
-    """Spans of which one goes on where the one before it ended are one."""
+    """Join each span with the previous one if it continues it."""
     joined: list[list[int]] = []
     for source, at, count, to in spans:
         before = joined[-1] if joined else None
@@ -169,17 +169,17 @@ def _joined(spans: Sequence[tuple[int, int, int, int]]) -> Spans:
 
 
 def words_of(records: Array) -> Words:
-    """Records of the robots of worlds as float32 words, in the same memory."""
+    """Return a view of the records of robots as float32 words."""
     return records.view(np.float32).reshape(len(records), -1)
 
 
 Fields = tuple[Words, Words, Words, Spans, int]
-"""Where the numbers of a layout lie: the words of the robots, of their minds, and of one more array
-of the task's own or of the robots again; spans of them; and how many robots a world has."""
+"""Location of the fields of a layout: words of the robots, of their minds, and of another array of
+the task (or of the robots again); their spans; and the number of robots in a world."""
 
 
 def source_of_its_own(layout: FieldLayout) -> str:
-    """The array of a task's own that a layout has fields of; `robots` if it has none."""
+    """Return the further array of the task with fields of a layout; `robots` if there is none."""
     sources = [path.source.split(".")[0] for path in layout.paths]
     own, *more = {*sources} - {"robots", "minds"} or {"robots"}
     if more:
@@ -194,7 +194,7 @@ def source_of_its_own(layout: FieldLayout) -> str:
 def read_fields(
     fields: Fields, w: int, which: Int64[Array, " some"], rows: Float32[Array, "some numbers"]
 ) -> None:
-    """Write the fields of these robots of world w to the first numbers of rows."""
+    """Write the fields of these robots of world w to the first elements of rows."""
     robots, minds, others, spans, n_robots = fields
     for s in range(spans.shape[0]):
         words = robots if spans[s, 0] == 0 else minds if spans[s, 0] == 1 else others

@@ -1,4 +1,4 @@
-"""Parameters: frozen models that refuse nonsense, and how single numbers of them are changed."""
+"""Parameters: frozen, validated models, and functions that change single fields of them."""
 
 import json
 from collections.abc import Callable, Collection, Mapping
@@ -18,11 +18,11 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 
 LARGEST = 1e12
-"""Bound of every number that has no other: its square and cube are finite in double precision."""
+"""Upper bound of numbers without another one: their cubes are finite in double precision."""
 
 
 def _at_most_the_largest(value: float) -> float:
-    """Refuse a number above `LARGEST`; a bound `le` here would hide that of a field."""
+    """Refuse a number above `LARGEST`; a bound `le` in the type would hide that of a field."""
     if value > LARGEST:
         raise PydanticCustomError("too_large", f"Input should be at most {LARGEST:g}")
     return value
@@ -44,13 +44,13 @@ MAX_TICKS = 10**9
 
 
 class Parameters(BaseModel):
-    """A frozen group of numbers that refuses what it does not know, NaN and infinity."""
+    """A frozen group of parameters that refuses unknown fields, NaN and infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def list_as(example: str) -> Callable[[Any, ValidationInfo], Any]:
-    """A validator of a list that a command line gives as text; ValueError where that is no JSON."""
+    """Return a validator of lists given as text on a command line; ValueError if not JSON."""
 
     def from_text(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401 whatever was given
         if not isinstance(given, str):
@@ -65,7 +65,7 @@ def list_as(example: str) -> Callable[[Any, ValidationInfo], Any]:
 
 
 class BaseTask(Parameters):
-    """The part `task` of every scenario."""
+    """Base class of the part `task` of a scenario."""
 
     if TYPE_CHECKING:
         n_robots: int = 1
@@ -76,24 +76,24 @@ EpisodeT_co = TypeVar("EpisodeT_co", covariant=True)
 
 
 class HasEpisodes(Protocol[EpisodeT_co]):
-    """A scenario, for type checkers: what its episodes are."""
+    """Protocol of a scenario for type checkers: it determines the class of its episodes."""
 
     @property
     def _episode(self) -> type[EpisodeT_co]:
-        """The class of an episode."""
+        """Class of its episodes."""
 
 
 class BaseScenario(Parameters):
-    """A scenario of any task: subclasses have the fields `name`, `tick` [s] and `task`."""
+    """Base class of scenarios: subclasses have the fields `name`, `tick` [s] and `task`."""
 
     if TYPE_CHECKING:
         name: str = ""
         tick: float = 1.0
         task: BaseTask = BaseTask()
-        _episode: type[Any]  # as `Task.episode` has it
+        _episode: type[Any]  # the class in `Task.episode`
 
     fixed: ClassVar[tuple[str, ...]] = ("task.n_robots",)
-    """Numbers that fix the sizes of its world's records: they last as long as the world."""
+    """Parameters that determine the sizes of records: they are constant for a world."""
 
     @model_validator(mode="after")
     def _lasts(self) -> Self:
@@ -109,22 +109,22 @@ class BaseScenario(Parameters):
 
     @property
     def n_ticks(self) -> int:
-        """Ticks in an episode."""
+        """Number of ticks in an episode."""
         return round(self.task.duration / self.tick)
 
     @property
     def unread(self) -> Mapping[str, str]:
-        """Numbers that are not read in this scenario, each with what is read instead, by name."""
+        """Parameters that this scenario does not use, each with the one used instead, by name."""
         return {}
 
     @property
     def falsifying(self) -> tuple[str, ...]:
-        """What in it changes the messages of robots, by dotted name."""
+        """Dotted names of the parameters that falsify messages of robots."""
         return ()
 
 
 def override(part: PartT, values: Mapping[str, object], kind: str = "parameter") -> PartT:
-    """The same part with some fields changed, each named by its dotted path or, if only one
+    """Return the part with some fields changed, each named by its dotted path or, if only one
     field has it, by its last word.
 
     Values may be text, as on a command line. UnknownNameError for a name that is no field,
@@ -149,7 +149,7 @@ def override(part: PartT, values: Mapping[str, object], kind: str = "parameter")
 
 
 def leaves(tree: Mapping[str, object], prefix: str = "") -> dict[str, Any]:
-    """Every field of a nested mapping by its dotted path."""
+    """Return every field of a nested mapping by its dotted path."""
     values: dict[str, Any] = {}
     for name, value in tree.items():
         if isinstance(value, Mapping):
@@ -160,13 +160,13 @@ def leaves(tree: Mapping[str, object], prefix: str = "") -> dict[str, Any]:
 
 
 def numbers_named(part: Parameters, names: Collection[str]) -> dict[str, Any]:
-    """The fields of a part whose last word is one of these names, by that word."""
+    """Return the fields of a part whose last word is one of these names, by that word."""
     words = {path.rpartition(".")[2]: value for path, value in leaves(part.model_dump()).items()}
     return {name: words[name] for name in names if name in words}
 
 
 def resolve(name: str, paths: Collection[str], kind: str) -> str:
-    """The full dotted path of a name: itself, or the one path that ends in it."""
+    """Return the full dotted path of a name: itself, or the only path that ends in it."""
     if name in paths:
         return name
     same_leaf = [path for path in paths if path.rpartition(".")[2] == name]
@@ -178,7 +178,7 @@ def resolve(name: str, paths: Collection[str], kind: str) -> str:
 
 
 def validated(model: type[PartT], tree: Mapping[str, object], where: str = "") -> PartT:
-    """The model made from a mapping, or one ConfigError that names each field at fault."""
+    """Return the model of a mapping, or raise one ConfigError that names each invalid field."""
     try:
         return model.model_validate(dict(tree))
     except ValidationError as error:

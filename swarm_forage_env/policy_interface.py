@@ -1,4 +1,4 @@
-"""Policy interface: what a policy that replaces a layer observes, and what it gives."""
+"""Policy interface: observation and action of a policy that replaces layers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,57 +14,57 @@ from swarm_forage_env.spaces import Layout
 
 @dataclass(frozen=True)
 class Steering:
-    """A form in which a policy steers: two numbers, which become a command."""
+    """A form of steering: two elements of an action, which are converted to a command."""
 
     layout: Layout
-    """What the two numbers are, each in [-1, 1]."""
+    """Features of the two elements, each in [-1, 1]."""
     choices: tuple[tuple[float, float], ...]
-    """The discrete actions in this form, by default."""
+    """Default discrete actions in this form."""
     command: Kernel | None = None
-    """The command of two numbers, under a sharpest turn; None: they are the command."""
+    """Computes the command from both elements and the sharpest turn; None: they are it."""
     is_course: bool = False
-    """The second number is how far off the course to steer, and reflexes are kept."""
+    """Whether the second element is an angle off the course; reflexes then stay active."""
 
 
 SILENT: Float32[Array, "1 0"] = np.zeros((1, 0), np.float32)
-"""What is said by a policy that says nothing."""
+"""Messages of a policy that sends none."""
 
 
 @dataclass(frozen=True)
 class PolicyInterface:
-    """What `learn=` chooses: what a policy observes and gives, and the layers that it replaces."""
+    """A choice of `learn=`: the observation and action of a policy, and the layers it replaces."""
 
     observes: tuple[FieldPath, ...]
-    """The fields of records that are shown, in order."""
+    """Observed fields of records, in order."""
     gives: tuple[FieldPath, ...]
-    """The fields of records that an action is written to, in order."""
+    """Fields of records to which an action is written, in order."""
     replaces: tuple[str, ...]
-    """The layers that the policy replaces: `weighting`, `motion`."""
+    """Layers that the policy replaces: `weighting`, `motion`."""
     sizes: Callable[..., Sizes] = lambda scenario: {}
-    """Sizes of the named axes of these fields in a scenario."""
+    """Returns the sizes of the named axes of these fields in a scenario."""
     decision_period: int = 1
-    """Ticks for which an action is held, by default."""
+    """Default number of ticks for which an action is held."""
     can_correct: bool = False
-    """It can be learned as a correction of the hand-written motion."""
+    """Whether it can be learned as a correction of the hand-written motion."""
     said: Float32[Array, "choices numbers"] = field(default_factory=lambda: SILENT)
-    """What can be said in a discrete action: the rest of the numbers, a row for each choice."""
+    """Messages in discrete actions: the last elements of the action, a row for each choice."""
     target: str | None = None
-    """The observed vector whose direction is observed too where observations are normalised."""
+    """Observed vector whose direction is also observed if observations are normalised."""
     walk: tuple[FieldPath, ...] = ()
-    """The course of the robot's random walk, which is observed instead of that direction
-    where there is none; then the motion has reflexes that can be kept, too."""
+    """Course of the robot's random walk, observed instead of that direction where there is none. If
+    given, the motion also has reflexes that can be kept."""
 
     def layout(self, scenario: BaseScenario, has_walk: bool) -> FieldLayout:
-        """What each number of an observation is in a scenario."""
+        """Return the layout of an observation in a scenario."""
         fields = self.observes + (self.walk if has_walk else ())
         return layout_of(fields, self.sizes(scenario), scenario)
 
     @property
     def action(self) -> FieldLayout:
-        """What each number of an action is, as the layers take it: the same in all scenarios."""
+        """Layout of an action as the layers receive it; it is the same in all scenarios."""
         return layout_of(self.gives, {}, None)
 
     @property
     def n_weights(self) -> int:
-        """How many numbers of an action are weights in [0, 1]; they come first."""
+        """Number of elements of an action that are weights in [0, 1]; they come first."""
         return len(layout_of([each for each in self.gives if each.name == "weight"], {}, None))

@@ -1,6 +1,6 @@
 """Random streams: one for each world, robot and source of noise, all from the seed of the world.
 
-A world in a block draws what it draws alone; drawing more for one cause does not move another.
+A world in a block draws the same values as alone; draws of one source do not affect another.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from swarm_forage_env.errors import ConfigError, shown
 
 
 class NoiseSource(IntEnum):
-    """The source of noise that a stream is for; the number enters its seed: only add to them."""
+    """Source of noise of a stream. Its value enters the seed: add members, but change none."""
 
     PLACE = 0
     ENCODER = 1
@@ -40,13 +40,13 @@ seed_streams = entry_point(random_draws.seed_streams)
 
 
 def streams(seeds: Sequence[int], n_robots: int, source: NoiseSource) -> UInt64[Array, " rows"]:
-    """Fresh streams of one source: a word for each row, `n_robots` rows for each seed."""
+    """Return new streams of one source: a word for each row, `n_robots` rows for each seed."""
     return seed_streams(np.asarray(seeds, dtype=np.uint64), n_robots, int(source))
 
 
 @entry_point
 def draw_rows(streams: Streams, out: Float64[Array, "robots numbers"], is_normal: bool) -> None:
-    """Fill a row from the stream of each robot: standard normal, or uniform in [0, 1)."""
+    """Fill the row of each robot from its stream: standard normal, or uniform in [0, 1)."""
     for i in range(out.shape[0]):
         for k in range(out.shape[1]):
             if is_normal:
@@ -56,12 +56,12 @@ def draw_rows(streams: Streams, out: Float64[Array, "robots numbers"], is_normal
 
 
 def hash_of(name: str) -> np.uint64:
-    """64 bits of a name, the same in every process: for several streams of one source."""
+    """Return 64 bits of a name, equal in every process, to separate streams of one source."""
     return np.uint64(int.from_bytes(blake2b(name.encode(), digest_size=8).digest(), "little"))
 
 
 def checked_seed(seed: object) -> int:
-    """The seed as a whole number from 0 to 2^64 - 1; ConfigError for anything else."""
+    """Return the seed as a whole number from 0 to 2^64 - 1; ConfigError for anything else."""
     if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
         number = int(seed)
         if 0 <= number < 2**64:
@@ -75,7 +75,7 @@ def start_seed_streams(
     chosen: Int64[Array, " chosen"],
     streams: UInt64[Array, "worlds 4"],
 ) -> None:
-    """Start the streams from which chosen worlds draw the seeds of episodes."""
+    """Start the streams from which these worlds draw the seeds of their episodes."""
     for k in range(chosen.shape[0]):
         pcg64.start_stream(seeds[k], streams[chosen[k]])
 
@@ -86,13 +86,13 @@ def draw_seeds(
     streams: UInt64[Array, "worlds 4"],
     out: UInt64[Array, " chosen"],
 ) -> None:
-    """Draw the seed of the next episode of chosen worlds, as `drawn_seed` does."""
+    """Draw the seeds of the next episodes of these worlds, as `drawn_seed` does."""
     for k in range(chosen.shape[0]):
         out[k] = pcg64.draw_seed(streams[chosen[k]])
 
 
 def generator_of(seed: int, stream: UInt64[Array, "4"]) -> np.random.Generator:
-    """NumPy's generator of a seed, as far as a stream of seeds has come."""
+    """Return NumPy's generator of a seed, in the current state of a stream of seeds."""
     bits = np.random.PCG64(seed)
     s_high, s_low, c_high, c_low = map(int, stream)
     at = bits.state
@@ -102,5 +102,5 @@ def generator_of(seed: int, stream: UInt64[Array, "4"]) -> np.random.Generator:
 
 
 def drawn_seed(rng: np.random.Generator) -> int:
-    """The seed of an episode for which none was given: the next of a sequence."""
+    """Draw the seed of an episode for which none was given."""
     return int(rng.integers(2**63))

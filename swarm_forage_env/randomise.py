@@ -1,4 +1,4 @@
-"""Randomisation: numbers of a scenario that are drawn for every episode, within ranges."""
+"""Randomisation: parameters of a scenario that are drawn from ranges for every episode."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -15,27 +15,27 @@ from swarm_forage_env.random_streams import NoiseSource, checked_seed, hash_of, 
 Number = int | float
 
 MAX_TOGETHER = 8
-"""Ranges of which every corner is tried; of more, all ends together and each alone."""
+"""Most ranges of which all corners are checked; of more, each end alone and all together."""
 
 draw_unit = entry_point(random_draws.unit)
 
 
 class Randomisation:
-    """A scenario and ranges for some of its numbers.
+    """A scenario and ranges for some of its parameters.
 
-    What is drawn for a number depends on the seed of the episode and on its name alone: not on the
-    episodes before, nor on what else is randomised.
+    The value of a parameter depends only on the seed of the episode and on its name: not on earlier
+    episodes, nor on the other ranges.
     """
 
     def __init__(self, scenario: BaseScenario, ranges: Mapping[str, object]) -> None:
-        """Ranges go by dotted name, or by its last word where that is enough: low and high.
+        """Set the ranges (low, high), by dotted name or, where that is unique, by its last word.
 
-        UnknownNameError for a name that is no number of the scenario, ConfigError for a range that
-        is none or that holds numbers which the scenario refuses.
+        UnknownNameError for a name that is no parameter of the scenario, ConfigError for an invalid
+        range or one with values that the scenario refuses.
         """
         self.scenario = scenario
         self.ranges: dict[str, tuple[Number, Number]] = {}
-        """Low and high of each number, by its whole dotted name."""
+        """Low and high of each parameter, by its full dotted name."""
         known = leaves(scenario.model_dump())
         for key, pair in ranges.items():
             name = resolve(key, known, "scenario parameter")
@@ -52,13 +52,13 @@ class Randomisation:
             self._at(corner)
 
     def extremes(self) -> list[BaseScenario]:
-        """The scenario at the corners of the ranges, and as it is: how far numbers can get."""
+        """Return the scenario itself, and with the parameters at the corners of the ranges."""
         return [self.scenario, *(self._at(corner) for corner in _corners(self.ranges))]
 
     def draw(self, seed: int) -> tuple[BaseScenario, dict[str, Number]]:
-        """The scenario of the episode of this seed, and the numbers that were drawn for it.
+        """Return the scenario of the episode with this seed, and the values drawn for it.
 
-        Each is uniform from low to high; of whole numbers both ends are among them.
+        Each value is uniform from low to high; whole numbers include both ends.
         """
         if not self.ranges:
             return self.scenario, {}
@@ -67,7 +67,7 @@ class Randomisation:
         return self._at(numbers), numbers
 
     def _at(self, numbers: Mapping[str, Number]) -> BaseScenario:
-        """The scenario with these numbers; ConfigError that tells them if it refuses them."""
+        """Return the scenario with these values; ConfigError, which names them, if it refuses."""
         try:
             return override(self.scenario, numbers, "scenario parameter")
         except ConfigError as error:
@@ -98,7 +98,7 @@ def _pair(name: str, pair: object, value: Number) -> tuple[Number, Number]:
 
 
 def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, Number]]:
-    """Ends of the ranges: each alone, then together."""
+    """Yield the ends of the ranges: each alone, then together."""
     for name, pair in ranges.items():
         for end in pair:
             yield {name: end}

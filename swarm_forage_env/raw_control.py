@@ -1,4 +1,4 @@
-"""Robots without layers: what runs where a policy is everything."""
+"""Control of robots without layers, for policies that replace all layers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ hear_words: Kernel
 def apply_actions(
     world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Command what the policies of a world's members say."""
+    """Apply the actions of the policy to its robots in a world."""
     robots, minds, settings = world_arrays[0], layer_arrays[0], layer_arrays[3]
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:
@@ -36,18 +36,18 @@ def apply_actions(
 
 @kernel
 def set_no_stream(memory: NoMemory, word: np.uint64) -> None:
-    """A motion that draws nothing has no stream."""
+    """Do nothing: a motion without noise has no stream."""
 
 
 class Membership(Record):
-    """Whether a robot has the policy."""
+    """Record that marks the robots of the policy."""
 
     is_member: bool = field(np.bool_)
 
 
 @row_template
 def hear_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Write what the members of a world hear."""
+    """Write the received messages of the policy's robots in a world."""
     minds, settings = layer_arrays[0], layer_arrays[3]
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:
@@ -55,12 +55,12 @@ def hear_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int
 
 
 def has_estimators(minds: Array) -> bool:
-    """Whether robots of these minds have an estimator: not where all policies are everything."""
+    """Return whether any robot has an estimator, and not only policies without layers."""
     return "estimator" in (minds.dtype.names or ())
 
 
 def estimators_of(minds: Array) -> Array:
-    """The records of the robots' estimators; ConfigError if no robot has one."""
+    """Return the records of the robots' estimators; ConfigError if no robot has one."""
     if not has_estimators(minds):
         raise ConfigError(
             "exchange, situation: no robot here has an estimator, as the policy replaces"
@@ -72,7 +72,7 @@ def estimators_of(minds: Array) -> Array:
 
 @dataclass(frozen=True)
 class RawControl:
-    """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
+    """Controller of robots whose policy replaces all layers: nothing in it is hand-written."""
 
     messages: type[Record]
     """Record of the messages that the policy sends and receives."""
@@ -82,15 +82,15 @@ class RawControl:
     """Writes the received messages of a robot; arguments: arrays of the world, messages of all
     robots, world and robot."""
     sizes: Callable[..., Sizes]
-    """Sizes of the named axes of the messages in a scenario."""
+    """Returns the sizes of the named axes of the messages in a scenario."""
     name: str = "policy"
 
     def check_supports(self, scenario: BaseScenario) -> None:
-        """ConfigError where faults falsify messages."""
+        """Raise ConfigError if faults falsify messages."""
         refuse_falsifying(self.name, scenario)
 
     def language(self, scenario: BaseScenario) -> object:
-        """The messages are words whose meaning only this policy knows."""
+        """Return the controller itself, as only this policy can interpret its messages."""
         return self
 
     def build_team(
@@ -99,19 +99,19 @@ class RawControl:
         seeds: Sequence[int],
         each: Sequence[Sequence[object]],
     ) -> "RunningPolicy":
-        """The running policy of some robots, worlds by robots; None for one of another's."""
+        """Start the policy of some robots; `each[world][robot]` is None for all others."""
         for scenario in world.scenarios:
             self.check_supports(scenario)
         robots = [robot for robot, own in enumerate(each[0]) if own is not None]
         return RunningPolicy(self, world, robots)
 
     def with_parameters(self, values: Mapping[str, object]) -> "RawControl":
-        """There are no parameters."""
+        """Return the controller itself, which has no parameters."""
         return self
 
 
 class RunningPolicy:
-    """Applies the actions of a learner of everything, and delivers its messages."""
+    """Applies the actions of a policy that replaces all layers, and delivers its messages."""
 
     has_rules = False
 
@@ -142,16 +142,16 @@ class RunningPolicy:
         return CompiledLayers(functions, arrays, firsts, has_beliefs=False)
 
     def consult(self) -> None:
-        """There are no rules."""
+        """Do nothing: there are no rules."""
 
     def check_on_gpu(self) -> None:
-        """A GPU runs it."""
+        """Do nothing: a GPU can run it."""
 
     def renumber(self, world: int, numbers: None) -> None:
-        """There are no numbers."""
+        """Do nothing: there are no parameters."""
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> None:
-        """There are no numbers; ConfigError where faults falsify messages."""
+        """Return no parameters; ConfigError if faults falsify messages."""
         refuse_falsifying("policy", scenario)
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
@@ -159,11 +159,11 @@ class RunningPolicy:
         self._policy.messages.restart(self.minds[first:last])
 
     def snapshot(self) -> Array:
-        """A copy of the messages."""
+        """Return a copy of the messages."""
         return self.minds.copy()
 
     def restore(self, snapshot: Array) -> None:
-        """Continue from a snapshot."""
+        """Restore a snapshot."""
         self.minds[...] = snapshot
 
     def _messages(self, shape: tuple[int, ...]) -> Array:

@@ -1,12 +1,11 @@
-"""Records: classes of documented fields from which NumPy's structured dtypes are made.
+"""Records: classes of documented fields that define NumPy's structured dtypes.
 
-State is kept in structured arrays, one element a robot. A compiled function receives a single
+State is kept in structured arrays, one element per robot. A compiled function receives a single
 record by reference and reads and writes its fields as attributes; Python reads whole columns,
 `robots["pose"]`. With the compiler switched off the same functions run on `numpy.record`.
 
-Of a field of several numbers, booleans are int8: numba refuses nested boolean arrays. Numba would
-take a record for a subtype of one that its columns begin with, and warn of it: what a subclass adds
-stands in front.
+Array fields of booleans are int8, as numba refuses nested boolean arrays. Numba treats a record as
+a subtype of one with which its columns begin, and warns; so the fields of a subclass come first.
 """
 
 import math
@@ -24,10 +23,10 @@ RecordType = np.dtype[np.void]
 """The dtype of records."""
 
 Rows: TypeAlias = np.recarray[tuple[int, ...], RecordType]
-"""Records, a row for each robot: `rows.own_p` is a column."""
+"""Records with a row for each robot; `rows.own_p` is a column."""
 
 Numbers = Any
-"""A record of parameters, whose fields are those of the part that it belongs to."""
+"""A record of parameters; its fields are those of the part that it belongs to."""
 
 
 Bound = float | Callable[..., float]
@@ -41,29 +40,29 @@ Noise = str | Callable[..., str]
 class Field:
     """One field of a record.
 
-    Of a field with several components along its last axis, `unit`, `scale`, `low` and `high` may
-    differ: a unit `m, rad`, a tuple of numbers.
+    `unit`, `scale`, `low`, `high` and `noise` may differ between the components of the last axis: a
+    unit `m, rad`, a tuple of bounds.
     """
 
     kind: "type[np.generic | Record] | RecordType"
     """A NumPy scalar type, or the class or the dtype of a nested record."""
     shape: tuple[int | str, ...]
-    """Axes of the field; one that is named (`slots`) gets its size with the dtype."""
+    """Size of each axis; a named axis (`slots`) gets its size from `Record.dtype`."""
     unit: str = ""
-    """SI, or what the number is."""
+    """SI unit, or the meaning of the value."""
     scale: Bound | tuple[Bound, ...] | None = None
-    """Typical size in that unit; None: the bounds are typical."""
+    """Typical magnitude in that unit; None: the bounds are typical."""
     low: Bound | tuple[Bound, ...] = -math.inf
     high: Bound | tuple[Bound, ...] = math.inf
 
     names: tuple[Sequence[str], ...] = ()
-    """Names along each axis; without them, numbers."""
+    """Names of the elements along the last axes; along other axes elements are numbered."""
     label: str = ""
-    """Its name in an observation; empty: that of the field."""
+    """Name in an observation; empty: the name of the field."""
     noise: Noise | tuple[Noise, ...] = ""
-    """How it differs from the truth, for what is measured."""
+    """Description of the measurement noise; empty for a value without noise."""
     start: float | tuple[float, ...] = 0.0
-    """Value before anything has happened: a number, or one for each of the field's."""
+    """Initial value: one number, or one for each element of the field."""
 
 
 def field(
@@ -71,20 +70,20 @@ def field(
     *shape: int | str,
     **about: Any,  # noqa: ANN401 the fields of `Field`
 ) -> Any:  # noqa: ANN401 the annotation says what it is
-    """A field of a `Record`: its type, its shape, and what `Field` says of an observation of it."""
+    """Return a field of a `Record`; `about` gives further attributes of `Field`."""
     return Field(kind, shape, **about)
 
 
 def flag(*shape: int | str, **about: Any) -> Any:  # noqa: ANN401 as above
-    """A field of flags that layers see: 0 or 1, float32."""
+    """Return a field of flags that layers observe: 0 or 1, float32."""
     return field(np.float32, *shape, unit="0 or 1", low=0.0, high=1.0, **about)
 
 
 class Record:
-    """Base of all records: subclasses list their fields as `name: type = field(...)`."""
+    """Base class of records: subclasses declare their fields as `name: type = field(...)`."""
 
     fields: ClassVar[Mapping[str, Field]] = {}
-    """All fields by name, as they lie in memory: those of base classes last."""
+    """All fields by name, in memory order: those of base classes last."""
 
     def __init_subclass__(cls) -> None:
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
@@ -92,20 +91,20 @@ class Record:
 
     @classmethod
     def dtype(cls, **sizes: int) -> RecordType:
-        """The structured dtype; `sizes` are those of named axes, as slots=4."""
+        """Return the structured dtype; `sizes` gives the sizes of named axes, as in slots=4."""
         columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
         return _the_one(np.dtype(columns, align=True))
 
     @classmethod
     def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
-        """A structured array in which every field has its first value."""
+        """Return a structured array in which every field has its initial value."""
         records = np.zeros(shape, cls.dtype(**sizes))
         cls.restart(records)
         return records
 
     @classmethod
     def restart(cls, records: Array) -> None:
-        """Give every field of a structured array its first value, in place."""
+        """Set every field of a structured array to its initial value, in place."""
         first = _first_bytes(cast(Hashable, cls), records.dtype)
         if first is None:
             cls._restart_fields(records)
@@ -123,9 +122,9 @@ class Record:
 
 @cache
 def _first_bytes(kind: type[Record], dtype: RecordType) -> Array | None:
-    """A record at its start, as bytes; None where records have fields beside those of the class.
+    """Return an initial record as bytes; None if the fields of dtype and class differ.
 
-    To copy it is ten times as fast as to write every field.
+    Copying it is ten times as fast as writing every field.
     """
     if set(dtype.names or ()) != set(kind.fields):
         return None
@@ -144,33 +143,33 @@ def _column(
 
 
 def record_dtype(columns: Sequence[tuple[str, DTypeLike]]) -> RecordType:
-    """The dtype of a record, with the columns added last, as by a subclass, in front."""
+    """Return the dtype of these columns in reverse order: the last, as of a subclass, first."""
     return _the_one(np.dtype([*reversed(columns)], align=True))
 
 
 def offset_of(record: RecordType, name: str) -> int:
-    """Where a field of a record begins [bytes]."""
+    """Return the offset of a field in a record [bytes]."""
     assert record.fields is not None
     return int(record.fields[name][1])
 
 
 @cache
 def _the_one(dtype: RecordType) -> RecordType:
-    """The first of all equal dtypes: numba compares others field by field at every call."""
+    """Return the first of all equal dtypes: numba compares others field by field in each call."""
     return dtype
 
 
 def numbers_record(**numbers: ArrayLike) -> RecordType:
-    """The dtype of a record of parameters: float64, each in the shape of its value.
+    """Return the dtype of a record of parameters: float64, each in the shape of its value.
 
-    Its last column says where it ends, so that no such record begins with all of another's columns.
+    Due to its last column `end`, no such record begins with all the columns of another.
     """
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
     return _the_one(np.dtype([*columns, ("end", np.int8)], align=True))
 
 
 def one_record(numbers: Mapping[str, ArrayLike]) -> Array:
-    """A structured array of one record of parameters."""
+    """Return a structured array with one record of parameters."""
     record = np.zeros(1, numbers_record(**numbers))
     for name, value in numbers.items():
         record[name] = value
@@ -178,7 +177,7 @@ def one_record(numbers: Mapping[str, ArrayLike]) -> Array:
 
 
 def copied_rows(records: Array, path: Sequence[str]) -> Any:  # noqa: ANN401 Rows, or an array
-    """A copy of a field of nested records, with a row for each record of every world."""
+    """Return a copy of a field of nested records, with a row for each record of every world."""
     for name in path:
         records = records[name]
     copied = records.reshape(-1, *records.shape[2:]).copy()
@@ -186,5 +185,5 @@ def copied_rows(records: Array, path: Sequence[str]) -> Any:  # noqa: ANN401 Row
 
 
 def rows(records: Array) -> Rows:
-    """A view with a row for each record of every world; `rows(robots).pose` is a column."""
+    """Return a view with a row for each record of every world; `rows(robots).pose` is a column."""
     return records.reshape(-1).view(np.recarray)

@@ -1,4 +1,4 @@
-"""Name -> part. A part enters by decorator; parts of other packages enter by entry point."""
+"""Registries of parts by name: a decorator registers a part, entry points those of plug-ins."""
 
 import importlib
 import inspect
@@ -18,23 +18,23 @@ PLUGIN_GROUP = "swarm_forage_env.controllers"
 """Entry points of this group name modules; importing one registers the parts in it."""
 
 JOINT = "+"
-"""What joins the names of a composition."""
+"""Separator of the names in a composition."""
 
 _left_out: dict[EntryPoint, str] = {}
-"""The plug-ins that could not be imported, each with the reason."""
+"""Plug-ins that could not be imported, each with the reason."""
 
 
 class Registry(Generic[PartT]):
-    """The parts of one kind, by name.
+    """Registry of the parts of one kind, by name.
 
-    A name that is not known yet makes the registry import the modules that installed
-    packages list under the entry-point group `swarm_forage_env.controllers`.
+    For an unknown name, the registry imports the modules that installed packages list under
+    the entry-point group `swarm_forage_env.controllers`.
     """
 
     def __init__(self, kind: str, modules: Iterable[str] = ()) -> None:
-        """Start empty; `kind` is the word for a part in error messages.
+        """Create an empty registry; `kind` is the word for a part in error messages.
 
-        The modules enter the built-in parts; they are imported at the first use of a part.
+        The modules register the built-in parts; they are imported at the first use of a part.
         """
         self.kind = kind
         self._modules = tuple(modules)
@@ -44,9 +44,9 @@ class Registry(Generic[PartT]):
         self._compose: Callable[[str, Sequence[str]], PartT] | None = None
 
     def register(self, name: str, about: str = "") -> Callable[[PartT], PartT]:
-        """Enter the decorated part under a name; a name taken twice is an error.
+        """Return a decorator that registers a part; ValueError if its name is taken.
 
-        `about` says in a few words what the part is, where its docstring does not.
+        `about` describes the part in a few words, and takes precedence over its docstring.
         """
 
         def enter(part: PartT) -> PartT:
@@ -59,11 +59,11 @@ class Registry(Generic[PartT]):
         return enter
 
     def alias(self, old: str, new: str) -> None:
-        """Find a part under an old name too, with a warning that gives the new one."""
+        """Keep an old name for a part; its use gives a RenamedWarning with the new name."""
         self._new_names[old] = new
 
     def compose_by(self, make: Callable[[str, Sequence[str]], PartT]) -> None:
-        """Make the part of a name such as `a+b+c`, from this name and from what `+` joins."""
+        """Set the function that makes a part from a name such as `a+b+c` and from its elements."""
         self._compose = make
 
     def __getitem__(self, name: str) -> PartT:
@@ -80,22 +80,22 @@ class Registry(Generic[PartT]):
         return isinstance(name, str) and self._compose is not None and JOINT in name
 
     def about(self, name: str) -> str:
-        """What the part of that name is, in words: those it was entered with, or else the first
-        line of the docstring of a class or function."""
+        """Return the description of a part: that of its registration, or else the first line of the
+        docstring of a class or function."""
         part = self[name]
         written = inspect.getdoc(part) if isinstance(part, type | FunctionType) else None
         return self._abouts.get(name) or (written or "").partition("\n")[0]
 
     def name_of(self, part: PartT) -> str | None:
-        """The name that a part is entered under; None if it is not entered."""
+        """Return the name under which a part is registered; None if it is not."""
         return next((name for name, each in self._parts.items() if each is part), None)
 
     def loaded(self) -> list[PartT]:
-        """The parts entered so far, without looking for plug-ins."""
+        """Return the parts registered so far, without importing plug-ins."""
         return list(self._parts.values())
 
     def __iter__(self) -> Iterator[str]:
-        """All names, those of installed plug-ins included, old names left out."""
+        """Iterate over all names, including those of plug-ins, excluding old names."""
         self._load_built_in()
         load_plugins()
         return iter(sorted(self._parts))
@@ -105,7 +105,7 @@ class Registry(Generic[PartT]):
             importlib.import_module(module)
 
     def _otherwise_named(self, name: str) -> PartT:
-        """The part of an old name, or a composition; UnknownNameError if there is neither."""
+        """Return the part of an old name, or a composition; UnknownNameError if it is neither."""
         if name in self._new_names:
             new = self._new_names[name]
             message = (
@@ -119,20 +119,20 @@ class Registry(Generic[PartT]):
 
 
 CONTROLLERS: Registry[Any] = Registry("controller")
-"""Whole controllers; the world itself knows none."""
+"""Complete controllers; this package registers none itself."""
 
 POLICIES: Registry[Any] = Registry("kind of policy")
-"""Controllers that need the file of a policy: `sb3` as in `sb3:model.zip`."""
+"""Controllers that need the file of a policy, such as `sb3` in `sb3:model.zip`."""
 
 REFERENCES: Registry[Any] = Registry("reference")
-"""Controllers that know the ground truth: for comparison only, never beside a learner."""
+"""Oracles, which know the ground truth: for comparison only; no environment runs them."""
 
 TASK_MODULES = (
     "swarm_forage_env.foraging.task",
     "swarm_forage_env.waypoints.task",
     "swarm_forage_env.aggregation",
 )
-"""The modules of the built-in tasks."""
+"""Modules of the built-in tasks."""
 
 SCENARIOS: Registry[Any] = Registry(
     "scenario",
@@ -146,14 +146,14 @@ SCENARIOS: Registry[Any] = Registry(
 """Scenarios by name."""
 
 ORIGINS: dict[str, dict[str, str]] = {}
-"""Where a scenario has its own numbers from, by dotted name, if not where the defaults are from."""
+"""Sources of the parameters that a scenario changes: scenario -> dotted name -> source."""
 
 
 def load_plugins() -> None:
-    """Import every module listed under the entry-point group; a second call does nothing new.
+    """Import every module listed under the entry-point group; a second call changes nothing.
 
-    One that cannot be imported leaves the others as they are; `left_out` tells which, and why.
-    Ours come first: of two parts of one name the other package's is the one left out.
+    A module that cannot be imported is skipped; `left_out` lists it with the reason. The built-in
+    modules come first: of two parts of one name, that of the other package is left out.
     """
     for built_in in (*SCENARIOS._modules, *TASK_MODULES):
         importlib.import_module(built_in)
@@ -163,12 +163,12 @@ def load_plugins() -> None:
             continue
         try:
             point.load()
-        except (Exception, SystemExit) as error:  # the code of others raises anything
+        except (Exception, SystemExit) as error:  # plug-ins may raise anything
             _left_out[point] = " ".join(_reason(error).split())
 
 
 def left_out() -> str:
-    """Which plug-ins could not be imported, and why; empty if all could."""
+    """Return which plug-ins could not be imported, and why; empty if all could."""
     reasons = (f"'{each.name}' ({each.value}): {why}" for each, why in _left_out.items())
     return f"left out: plug-in {', '.join(reasons)}" if _left_out else ""
 
@@ -185,6 +185,6 @@ def _reason(error: BaseException) -> str:
 
 
 def load_folder(package: str, path: Iterable[str]) -> None:
-    """Import every module of a folder, so that no part in it can be missed."""
+    """Import every module of a folder, so that all its parts are registered."""
     for module in pkgutil.iter_modules(path):
         importlib.import_module(f"{package}.{module.name}")

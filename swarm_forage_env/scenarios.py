@@ -1,4 +1,4 @@
-"""Scenarios by name, from a file, and with single numbers changed."""
+"""Scenarios by name or from a file, with single parameters changed."""
 
 import tomllib
 from collections.abc import Mapping
@@ -46,10 +46,10 @@ def find_scenario(scenario: ScenarioT, overrides: Overrides = None) -> ScenarioT
 @overload
 def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any: ...  # noqa: ANN401 of any task
 def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
-    """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
+    """Return the scenario of a name (`es1`), a TOML file (`mine.toml`) or a scenario, overridden.
 
-    Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for an
-    unknown name, ConfigError for a number that does not fit and for a wrong file.
+    Overrides have dotted names: {"radio.max_range": 0.2}. UnknownNameError for an unknown name,
+    ConfigError for a value that does not fit and for an invalid file.
 
     >>> find_scenario("es1", {"task.n_robots": 20}).task.n_robots
     20
@@ -66,7 +66,7 @@ def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
 
 
 def _named(name: str) -> BaseScenario:
-    """The scenario of a name; ConfigError for a controller or another file in its place."""
+    """Return the scenario of a name; ConfigError if it names a controller or another file."""
     if name not in SCENARIOS and Path(name).suffix and isfile(name):
         raise ConfigError(f"scenario file {name}: must be TOML, under a name that ends in .toml")
     if name not in SCENARIOS and name.partition(":")[0] in CONTROLLERS:
@@ -79,9 +79,9 @@ def _named(name: str) -> BaseScenario:
 
 
 def from_toml(file: Path) -> BaseScenario:
-    """A scenario of the user's own: a TOML file with a table for each part, such as robot.
+    """Return the scenario of a TOML file, which has a table for each part, such as robot.
 
-    `base = "es1"` at its top names the scenario that all other numbers are those of.
+    `base = "es1"` at its top names the scenario from which all other parameters are taken.
     """
     try:
         changes = leaves(tomllib.loads(file.read_text(encoding="utf-8")))

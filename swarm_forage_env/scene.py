@@ -1,6 +1,6 @@
-"""What is drawn of one world: its stage, which stands still, and a scene for each tick.
+"""Data for drawing one world: a static stage, and a scene for each tick.
 
-Plain numbers in the world frame; no drawing library is needed to take them or to read them.
+Plain arrays in the world frame; no drawing library is needed to create or to read them.
 """
 
 import math
@@ -12,57 +12,57 @@ import numpy as np
 from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32
 
 STATES = ("exploring", "to nest", "to prey", "lost", "talking")
-"""What a robot is doing, in the order of the codes in `Scene.doing`."""
+"""Activities of a robot, in the order of the codes in `Scene.doing`."""
 
 EXPLORING, TO_THE_NEST, TO_THE_PREY, LOST, TALKING = range(len(STATES))
 
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """An obstacle: a disc where it has one point, else walls from point to point."""
+    """An obstacle: a disc if it has one point, else walls from point to point."""
 
     points: Float64[Array, "points 2"]
     """Corners in order [m]."""
     radius: float
     """Radius of a disc; half the thickness of walls [m]."""
     is_closed: bool
-    """A wall joins the last point to the first one."""
+    """Whether a wall joins the last point to the first one."""
 
 
 WITHIN = math.sqrt(-2.0 * math.log(0.05))
-"""Standard deviations from the middle of an ellipse to its rim, so that it holds 95 % of a normal
-distribution in the plane."""
+"""Standard deviations from the centre of an ellipse to its rim, such that it contains 95 % of a
+normal distribution in the plane."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalField:
-    """Where robots visit goals: a square about home, which is the origin and the one landmark."""
+    """Area of goals: a square around home, which is the origin and the only landmark."""
 
     side: float
-    """Goals lie in a square of this side [m]."""
+    """Side of the square [m]."""
     tolerance: float
-    """A goal is reached within this distance [m]."""
+    """Distance within which a goal is reached [m]."""
     reach: float
-    """How far the lidar of a robot sees others and home [m]."""
+    """Range within which a robot's lidar detects other robots and home [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What stays as it is for a whole episode."""
+    """Data that stays constant for an episode."""
 
     scenario: str
     controller: str
-    """What moves the robots, as the user named it."""
+    """Controller of the robots, as the user named it."""
     length: float
     """Side of the arena along x [m]; its centre is the origin."""
     width: float
     """Side of the arena along y [m]."""
     areas: Float64[Array, "areas 2"]
-    """True centres of the areas at the start [m]: first nest, first prey area, all others."""
+    """True centres of the areas at the start [m]: first nest, first prey area, then the others."""
     area_radius: float
     """Radius of the nest and of the prey area [m]."""
     start_radius: float
-    """Robots start with their centres in a circle of this radius about the origin [m]."""
+    """Radius of the circle around the origin in which robots start [m]."""
     robot_radius: float
     """Radius of a robot's body [m]."""
     n_robots: int
@@ -71,26 +71,26 @@ class Stage:
     duration: float
     """Length of the episode [s]."""
     has_faults: bool = False
-    """Robots may be faulty: pictures say how those are marked."""
+    """Whether robots may be faulty; pictures then explain how faulty robots are marked."""
     corners: Float64[Array, "corners 2"] = field(default_factory=lambda: np.zeros((0, 2)))
-    """Corners of an outer wall inside the arena, in order [m]; none: the rectangle alone."""
+    """Corners of an outer wall inside the arena, in order [m]; empty: only the rectangle."""
     obstacles: tuple[Outline, ...] = ()
     """Obstacles inside the arena."""
     kinds: tuple[int, ...] = (NEST, PREY)
-    """What each area is."""
+    """Kind of each area."""
     names: tuple[str, ...] = ("nest", "prey")
-    """What each area is called."""
+    """Name of each area."""
     moves: tuple[tuple[int, float, float, float], ...] = ()
-    """Areas that move: which, when [s], and where to, x and y [m]."""
+    """Moves of areas: index of the area, time [s], new x and y [m]."""
     states: tuple[str, ...] = STATES
-    """What each code of `Scene.doing` is called here; empty: no robot ever does that."""
+    """Name of each code of `Scene.doing` in this task; empty for codes that never occur."""
     goals: GoalField | None = None
-    """Where robots visit goals; None: they do something else."""
+    """Area of goals; None if robots visit none."""
     headings: tuple[str, str] = ("Round trips", "On path")
-    """What the score of a scene and its share are called."""
+    """Names of the score and of the share of a scene."""
 
     def areas_at(self, time: float) -> Float64[Array, "areas 2"]:
-        """True centres of the areas at a time since the start [s]."""
+        """Return the true centres of the areas [m] at a time since the start [s]."""
         centres = self.areas.copy()
         for area, when, x, y in self.moves:
             if time >= when:
@@ -100,7 +100,7 @@ class Stage:
     def nearest_area(
         self, kind: int, place: Float64[Array, " 2"], time: float
     ) -> Float64[Array, " 2"]:
-        """True centre of the area of a kind that is nearest to a place at that time [m]."""
+        """Return the true centre of the area of a kind that is nearest to a place at a time [m]."""
         centres = self.areas_at(time)[np.array(self.kinds) == kind]
         nearest: Float64[Array, " 2"] = centres[np.hypot(*(centres - place).T).argmin()]
         return nearest
@@ -108,22 +108,22 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class Localised:
-    """What robots that visit goals are about, and where they believe they are."""
+    """Goals and position estimates of robots that visit goals."""
 
     goal: Float64[Array, "robots 2"]
-    """Where each robot is to go [m]."""
+    """Current goal of each robot [m]."""
     believed: Float64[Array, "robots 2"]
-    """Where it believes it is [m]; where it is, if nothing estimates that."""
+    """Estimated position of each robot [m]; the true one if nothing estimates it."""
     ellipse: Float64[Array, "robots 3"]
-    """Standard deviations of its estimate along the long and short axis [m], and the direction of
-    the long [rad]; zeros if nothing estimates."""
+    """Standard deviations of the estimate along the long and the short axis [m], and direction of
+    the long axis [rad]; zeros without an estimate."""
     right: Int32[Array, " robots"]
-    """Goals that it has claimed so far and reached."""
+    """Number of goals that each robot has claimed and reached so far."""
     wrong: Int32[Array, " robots"]
-    """Goals that it has claimed so far and not reached."""
+    """Number of goals that each robot has claimed without reaching them so far."""
 
     def is_within(self, pose: Float64[Array, "robots 3"]) -> Bool[Array, " robots"]:
-        """Whether the true place of each robot lies within its ellipse, `WITHIN` wide."""
+        """Return whether the true position of each robot is inside its ellipse, `WITHIN` wide."""
         along, across, direction = self.ellipse.T
         x, y = (pose[:, :2] - self.believed).T
         c, s = np.cos(direction), np.sin(direction)
@@ -134,7 +134,7 @@ class Localised:
 
 
 def without_beliefs(n: int) -> dict[str, Any]:
-    """What a scene holds of n robots that believe, count and do nothing of their own."""
+    """Return the scene fields of n robots without beliefs, counts or activities."""
     return {
         "doing": np.zeros(n, np.int8),
         "believed": np.zeros((n, 2, 2)),
@@ -147,45 +147,45 @@ def without_beliefs(n: int) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """One world at one tick. Arrays are copies: the next tick leaves a scene as it is."""
+    """One world at one tick. Arrays are copies: later ticks do not change a scene."""
 
     time: float
-    """Since the start of the episode [s]."""
+    """Time since the start of the episode [s]."""
     pose: Float64[Array, "robots 3"]
-    """x, y [m] and heading [rad]."""
+    """Pose of each robot: x, y [m] and heading [rad]."""
     doing: Int8[Array, " robots"]
-    """What each robot is doing, as a place in STATES.
+    """Activity of each robot, as an index of STATES.
 
-    Lost: it once reported to be lost, and has neither seen an area nor heard of one since. Where no
-    hand-written estimator runs, a robot is going where the task sends it next.
+    Lost: it reported to be lost, and has neither seen an area nor received one since. Without a
+    hand-written estimator, the activity is the next destination that the task prescribes.
     """
     believed: Float64[Array, "robots areas 2"]
-    """Where each robot believes the areas to be [m]; zeros where it does not know."""
+    """Each robot's estimate of the position of each area [m]; zeros where it has none."""
     known: Bool[Array, "robots areas"]
-    """The robot believes it knows where the area is."""
+    """Whether the robot has an estimate of the position of the area."""
     p: Float32[Array, "robots areas"]
     """Inverse confidence: path travelled since the area was seen [m]; zeros where unknown."""
     messages: Int32[Array, "messages ends"]
-    """Sender and receiver of every message heard in this tick."""
+    """Sender and receiver of every message received in this tick."""
     round_trips: Int32[Array, " robots"]
-    """Completed trips nest -> prey -> nest of each robot so far."""
+    """Number of trips nest -> prey -> nest that each robot has completed so far."""
     on_path: float
-    """Share of the robots that is on the path now, as `metrics.knows_both_areas_share` says."""
+    """Share of the robots on the path now, as in `metrics.knows_both_areas_share`."""
     faulty: Bool[Array, " robots"] | None = None
-    """A fault of the robot is in effect; None where no robot can be faulty."""
+    """Whether a fault of each robot is in effect; None if no robot can be faulty."""
     localised: Localised | None = None
-    """Goals, estimates and claims; None where robots forage."""
+    """Goals, estimates and claims; None if robots visit no goals."""
 
     @property
     def total(self) -> int:
-        """The score: round trips of all robots, or goals that they have reached."""
+        """Score: round trips of all robots, or goals that they have reached."""
         if self.localised is not None:
             return int(self.localised.right.sum())
         return int(self.round_trips.sum())
 
     @property
     def share(self) -> float:
-        """Share of the robots that is on the path, or whose true place lies in its ellipse."""
+        """Share of robots that are on the path, or whose true position is inside their ellipse."""
         if self.localised is not None:
             return float(self.localised.is_within(self.pose).mean())
         return self.on_path

@@ -1,4 +1,4 @@
-"""Spaces: what each number of a flat observation, action or state means."""
+"""Spaces: the meaning of each element of a flat observation, action or state."""
 
 import html
 import math
@@ -11,28 +11,28 @@ from gymnasium.spaces import Box
 from swarm_forage_env.errors import ConfigError
 
 GOALS = ("nest", "prey", "none")
-"""The three slots of a goal, one of which is 1: so an observation is never all zeros."""
+"""Elements of a one-hot goal, with which an observation is never all zeros."""
 
 
 HEADS = ("", "name", "unit", "low", "high", "noise")
-"""What a table of slots says of each."""
+"""Headings of the table of a layout."""
 
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """One number of a flat Box."""
+    """One element of a flat Box."""
 
     name: str
-    """Dotted: part, field, which number of it: `situation.beam.0.range`."""
+    """Dotted name of part, field and element: `situation.beam.0.range`."""
     unit: str
-    """SI, or what the number is."""
+    """SI unit, or the meaning of the value."""
     low: float
     high: float
-    """Bounds; infinite for a number of no natural limits, which has a scale."""
+    """Bounds; infinite for a value without natural limits, which has a scale."""
     noise: str = ""
-    """How it differs from the truth, for what is measured."""
+    """Description of the measurement noise; empty for a value without noise."""
     scale: float | None = None
-    """Typical size in that unit; None: the bounds are typical."""
+    """Typical magnitude in that unit; None: the bounds are typical."""
 
     def __post_init__(self) -> None:
         if not self.low <= self.high:
@@ -42,22 +42,22 @@ class Feature:
 
     @property
     def bound(self) -> float:
-        """The largest size."""
+        """Largest absolute value within the bounds."""
         return max(abs(self.low), abs(self.high))
 
 
 class Layout(tuple[Feature, ...]):
-    """The slots of a flat Box, in order. `print` shows them as a table."""
+    """Features of a flat Box, in order; `print` shows them as a table."""
 
     __slots__ = ()
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The name of every slot."""
+        """Names of the features."""
         return tuple(slot.name for slot in self)
 
     def box(self) -> Box:
-        """The space: float32, infinite where a feature has no natural bounds."""
+        """Return the space: float32, infinite where a feature has no natural bounds."""
         low = np.array([slot.low for slot in self], np.float32)
         high = np.array([slot.high for slot in self], np.float32)
         return Box(low, high, dtype=np.float32)
@@ -81,9 +81,9 @@ class Layout(tuple[Feature, ...]):
 
 
 def widest(layouts: Sequence[Layout]) -> list[Feature]:
-    """The features of the longest of these layouts under bounds that hold for all of them.
+    """Return the features of the longest of these layouts, with bounds that hold for all.
 
-    They differ in nothing else, only that some may leave out features of the longest.
+    The layouts differ only in their bounds, and in features of the longest that some lack.
     """
     bounds: dict[str, list[float]] = {}
     for each in (feature for layout in layouts for feature in layout):

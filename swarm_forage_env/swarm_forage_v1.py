@@ -1,4 +1,4 @@
-"""Version 1 of the environment, which ends with the next release: half speed at 0, no walk."""
+"""Version 1 of the environment, to be removed in the next release: half speed at 0, no walk."""
 
 from typing import Any
 
@@ -19,15 +19,15 @@ def parallel_env(
     scenario: ScenarioSource = "es1",
     **options: Any,  # noqa: ANN401 as its class
 ) -> pettingzoo_env.parallel_env:
-    """As the newest `parallel_env`, under the defaults of version 1."""
+    """Return the newest `parallel_env` with the defaults of version 1."""
     return pettingzoo_env.parallel_env(scenario, **_options(scenario, options))
 
 
 def raw_env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
-    """As the newest `raw_env`, under the defaults of version 1."""
+    """Return the newest `raw_env` with the defaults of version 1."""
     return pettingzoo_env.raw_env(scenario, **_options(scenario, options))
 
 
 def env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
-    """As the newest `env`, under the defaults of version 1."""
+    """Return the newest `env` with the defaults of version 1."""
     return pettingzoo_env.env(scenario, **_options(scenario, options))

@@ -1,6 +1,6 @@
-"""The environment as PettingZoo's modules are laid out: `env`, `parallel_env`, `raw_env`.
+"""The environment in the layout of PettingZoo's modules: `env`, `parallel_env`, `raw_env`.
 
-`ManualPolicy` drives a robot by the arrow keys.
+`ManualPolicy` drives a robot with the arrow keys.
 """
 
 from swarm_forage_env.envs.manual_policy import ManualPolicy

@@ -1,16 +1,16 @@
-"""Ticks for other machines: WebAssembly and Cortex-M4, from the functions that run here.
+"""Ticks for other machines, such as WebAssembly and Cortex-M4, from the same functions.
 
     code = compiled_for(TARGETS["wasm32"], llvm_text(loop))
 
-Numba leaves a world and its controllers as one text of LLVM, which LLVM compiles for any machine.
-The function `swarm_run` of that object code takes, as C sees it,
+Numba compiles a world and its controllers to LLVM text, which LLVM compiles for any machine. The
+object code has a function `swarm_run`, in C
 
     int swarm_run(int64_t *nothing, void **error, void *array_0, ..., void *array_k, int64_t ticks)
 
-the arrays of `memory_of(loop)` in their order, and runs these ticks of one world in place. The same
-memory comes out as here, bit for bit (`tests/targets`). What it still calls is memcpy, memset and
-products of whole numbers; without float64 also its sums, products and the like, square root and
-floor, which the library that is linked must round as IEEE 754 says.
+which takes the arrays of `memory_of(loop)` in order, and runs the ticks of one world in place. The
+resulting memory is the same as here, bit for bit (`tests/targets`). The code still calls memcpy,
+memset and products of whole numbers; on a machine without float64 also its arithmetic, square root
+and floor, which the linked library must round as IEEE 754 requires.
 """
 
 import re
@@ -37,7 +37,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.ticks import run_ticks
 
 ENTRY = "swarm_run"
-"""The name of the function in object code."""
+"""Name of the function in object code."""
 
 _OF_HOST = {
     r'"(?:target-cpu|target-features|tune-cpu|probe-stack)"="[^"]*"': "",
@@ -47,12 +47,12 @@ _OF_HOST = {
     r"@sqrt\(": "@llvm.sqrt.f64(",
     r"\Z": "\ndeclare double @llvm.sqrt.f64(double)\n",
 }
-"""What stands in LLVM's text for the machine on which it was made, and what to put instead."""
+"""Patterns in LLVM's text that are specific to this machine, with their replacements."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """A kind of machine, as LLVM names it."""
+    """A kind of machine, in the names of LLVM."""
 
     triple: str
     cpu: str = ""
@@ -69,9 +69,9 @@ TARGETS = {
 
 
 def memory_of(loop: Loop) -> list[Array]:
-    """Copies of the arrays in which a loop of one world keeps its robots and their layers.
+    """Return copies of the arrays with the robots, layers and errors of a loop of one world.
 
-    The gaps between fields of a record are zeros, so that equal numbers are equal bytes.
+    Padding between the fields of a record is zero, so that equal values are equal bytes.
 
     ConfigError for a loop of several worlds, or one that is not compiled as a whole.
     """
@@ -91,7 +91,7 @@ def memory_of(loop: Loop) -> list[Array]:
 
 
 def llvm_text(loop: Loop) -> str:
-    """The ticks of a loop of one world as LLVM's text, in which only `swarm_run` is public."""
+    """Return LLVM's text for the ticks of a loop of one world; only `swarm_run` is public."""
     memory, n_world = memory_of(loop), len(loop.world.arrays)
     names = [f"array_{k}" for k in range(len(memory))]
     world, own = ", ".join(names[:n_world]), ", ".join(names[n_world:-2])
@@ -101,7 +101,7 @@ def llvm_text(loop: Loop) -> str:
 
 
 def ticks_of(loop: Loop) -> Kernel:
-    """`run_ticks` with the functions of a loop's world and controller."""
+    """Return `run_ticks` bound to the functions of a loop's world and controller."""
     return bind(run_ticks, {**loop.world.functions, **loop.controller.compiled.functions})
 
 
@@ -113,11 +113,11 @@ def llvm_text_of(
     returns: types.Type = types.void,
     shapes: Mapping[str, str] | None = None,
 ) -> str:
-    """A compiled function as LLVM's text, in which only `swarm_run` is public.
+    """Return LLVM's text for a compiled function; only `swarm_run` is public.
 
-    `swarm_run` takes a pointer to each of the arrays, and then whole numbers of 64 bits, by these
-    names. What it returns is the expression `call` of them, in which the function is `called`.
-    `shapes` are those of arrays whose shape depends on the numbers, as expressions of them.
+    `swarm_run` takes a pointer to each of `arrays`, then the 64-bit whole numbers `numbers`. It
+    returns the expression `call` of these names, in which the function is named `called`. `shapes`
+    gives, as expressions of the numbers, the shapes of arrays that depend on them.
     """
     shape_of = {name: str(each.shape) for name, each in arrays.items()} | dict(shapes or {})
     views = ", ".join(f"carray({name}, {shape})" for name, shape in shape_of.items())
@@ -140,7 +140,7 @@ def _llvm_text(text: str, called: Callable[..., object], signature: Any) -> str:
 
 
 def compiled_for(target: Target, text: str) -> bytes:
-    """LLVM's text as object code, in which nothing is kept but what `swarm_run` needs."""
+    """Compile LLVM's text to object code that contains only what `swarm_run` needs."""
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple(target.triple).create_target_machine(
@@ -160,12 +160,12 @@ def compiled_for(target: Target, text: str) -> bytes:
 
 @cache
 def linked_for_web(text: str) -> bytes:
-    """LLVM's text as a module of WebAssembly, which exports `swarm_run` and its memory.
+    """Link LLVM's text to a WebAssembly module, which exports `swarm_run` and its memory.
 
-    It imports `__multi3`, the product of two whole numbers of 128 bits, where that is called.
-    ModuleNotFoundError without the package ziglang, whose linker it takes.
+    It imports `__multi3`, the product of two 128-bit whole numbers, if the code calls it.
+    ModuleNotFoundError without the package ziglang, whose linker is used.
     """
-    import ziglang  # noqa: F401 only to tell early that it is missing
+    import ziglang  # noqa: F401 fails early if it is missing
 
     options = "--no-entry", f"--export={ENTRY}", "--export=__heap_base", "--allow-undefined"
     with TemporaryDirectory() as folder:

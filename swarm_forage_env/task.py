@@ -1,7 +1,7 @@
-"""Task: all that the rest of the code knows of a world.
+"""Tasks: the interface between a kind of world and the rest of the code.
 
-`task_of` is the only place that asks what kind a scenario is. A task of one's own is a
-folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`.
+Only `task_of` distinguishes kinds of scenarios. To add a task, write a package whose module
+registers a `Task` in `TASKS` and its scenarios in `SCENARIOS`.
 """
 
 import math
@@ -32,54 +32,54 @@ from swarm_forage_env.ticks import Modes, Trouble
 
 
 class World(ABC):
-    """A block of worlds of one task that run side by side, as structured arrays."""
+    """A block of worlds of one task, simulated side by side in structured arrays."""
 
     robots: Array
-    """The truth about every robot, worlds by robots."""
+    """Ground-truth record of each robot, shape (worlds, robots)."""
     worlds: Array
-    """Clock and numbers of every world."""
+    """Record of each world: its clock and its parameters."""
     scenarios: tuple[BaseScenario, ...]
-    """The scenario of every world: they differ in numbers only, not in how many robots."""
+    """Scenario of each world; parameters may differ, but not the number of robots."""
     is_compiled = True
-    """Nothing outside compiled code moves the robots."""
+    """Whether compiled code alone moves the robots."""
 
     starts: tuple[Array, ...]
-    """What compiled code begins worlds from: the first record of a robot, the seed of each world,
-    and room for the streams and the poses of its robots."""
+    """Arrays from which compiled code starts worlds: initial record of a robot, seed of each world,
+    and buffers for the placement streams and the poses of its robots."""
 
     def __init__(self, scenarios: Sequence[BaseScenario]) -> None:
         self.scenarios = tuple(scenarios)
         self.n_worlds, self.n_robots = len(scenarios), _n_robots(scenarios)
         self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
-        """What each robot has earned since somebody set it to 0."""
+        """Reward that each robot has accumulated since the array was last set to 0."""
         self.trouble: Trouble = np.zeros(self.n_worlds + 1, np.int64)
-        """What went wrong in each world, as `ticks.note` says."""
+        """Error code of each world, as `ticks.note` writes it; the last element flags any error."""
         self.modes: Modes = np.full(self.n_worlds, ticks.RUNS, np.int8)
-        """What each world does in a call of `run_ticks`: it runs."""
+        """Mode of each world for `run_ticks`: RUNS."""
         self.beginning: Modes = np.full(self.n_worlds, ticks.BEGINS, np.int8)
-        """The modes of worlds that are to sense and observe before their first tick."""
+        """Mode of each world for sensing and observing before the first tick: BEGINS."""
 
     @property
     @abstractmethod
     def arrays(self) -> tuple[Array, ...]:
-        """What the templates of a tick are handed: robots, and all that stands in the worlds."""
+        """Arrays of robots and worlds that the templates of a tick receive."""
 
     @property
     @abstractmethod
     def functions(self) -> Mapping[str, Kernel]:
-        """What `run_ticks` has free names for: the task's `tick_world`, the engine's
-        `move_world`, and the functions that these name."""
+        """Functions bound to the free names of `run_ticks`: the task's `tick_world`, the engine's
+        `move_world`, and the functions that these call."""
 
     def move(self, first: int, last: int) -> None:  # noqa: B027 most worlds move in compiled code
-        """Let an engine outside compiled code move the robots of the worlds first .. last - 1."""
+        """Move the robots of worlds first .. last - 1 with an engine outside compiled code."""
 
     def tick(self, first: int, last: int) -> None:
-        """Apply the commands in the worlds first .. last - 1, where no `Loop` does it."""
+        """Run one tick of worlds first .. last - 1 with the current commands, without a `Loop`."""
         self.move(first, last)
         self._tick_in(self.modes, first, last)
 
     def sense_first(self) -> None:
-        """Sense before the first tick."""
+        """Compute the sensor readings before the first tick."""
         self._tick_in(self.beginning, 0, self.n_worlds)
 
     def _tick_in(self, modes: Modes, first: int, last: int) -> None:
@@ -101,24 +101,24 @@ class World(ABC):
 
     @property
     def rows(self) -> int:
-        """Robots in all worlds."""
+        """Number of robots in all worlds."""
         return self.robots.size
 
     @property
     def state(self) -> Rows:
-        """The truth with a row for each robot of every world; `state.pose` is a column of it."""
+        """View of `robots` with a row for each robot of every world; `state.pose` is a column."""
         return rows(self.robots)
 
     @property
     def is_over(self) -> Bool[Array, " worlds"]:
-        """The scenario's time is up in each world."""
+        """Whether the episode of each world has reached its last tick."""
         n_ticks = [scenario.n_ticks for scenario in self.scenarios]
         return np.asarray(self.worlds["ticks"] >= n_ticks)
 
     def reset(self, seeds: Sequence[int], worlds: Sequence[int] | None = None) -> None:
-        """Reset the worlds of these indices, or all, each to its seed; nobody has sensed yet.
+        """Reset the worlds of these indices, or all, each to its seed, without sensing.
 
-        ConfigError, before anything changes, for what does not fit; and where robots find no room.
+        ConfigError, before any change, if seeds or indices do not fit; and if robots find no room.
         """
         seed_of = self.seed_of(seeds, worlds)
         for first, last in consecutive([*seed_of], self.scenarios):
@@ -126,14 +126,14 @@ class World(ABC):
         self._check()
 
     def seed_of(self, seeds: Sequence[int], worlds: Sequence[int] | None) -> dict[int, int]:
-        """The seed of each of these worlds, or of all; ConfigError for what does not fit."""
+        """Return world index -> seed for these worlds, or all; ConfigError if they do not fit."""
         which = chosen_worlds(worlds, self.n_worlds).tolist()
         if len(seeds) != len(which):
             raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
         return dict(zip(which, map(checked_seed, seeds), strict=True))
 
     def replace_scenarios(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
-        """Give worlds the numbers of other scenarios, one for each, which fit."""
+        """Replace the scenarios of some worlds, one for each; `check_fit` must accept them."""
         changed = dict(enumerate(self.scenarios)) | dict(zip(which, scenarios, strict=True))
         self.scenarios = tuple(changed.values())
         for first, last in consecutive(which, self.scenarios):
@@ -141,22 +141,21 @@ class World(ABC):
 
     @abstractmethod
     def write_parameters(self, first: int, last: int) -> None:
-        """Go by the numbers of the one scenario that the worlds first .. last - 1 now have, from
-        their restart on."""
+        """Write the parameters of the scenario of worlds first .. last - 1 to their records; they
+        apply from the next restart."""
 
     @abstractmethod
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Put the robots of the worlds first .. last - 1, of one scenario, at their starting
-        places, and the streams of each world at its seed."""
+        """Place the robots of worlds first .. last - 1, which share a scenario, at their starting
+        positions, and start the random streams of each world from its seed."""
 
     def snapshot(self) -> dict[str, Any]:
-        """All that the next ticks depend on: copies of all arrays, and the scenarios."""
+        """Return copies of all arrays, and the scenarios: all that the next ticks depend on."""
         arrays = {name: each.copy() for name, each in self._arrays().items()}
         return {"scenarios": self.scenarios, **arrays}
 
     def restore(self, kept: Mapping[str, Any]) -> None:
-        """Go on as when that snapshot was taken; arrays keep their place in memory, if their size
-        is the same."""
+        """Restore a snapshot; arrays of unchanged shape are written in place."""
         arrays = self._arrays()
         for name, each in kept.items():
             if name in arrays and arrays[name].shape == each.shape:
@@ -169,7 +168,7 @@ class World(ABC):
 
 
 def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
-    """What went wrong first in a block, as an error that names the robot's controller."""
+    """Return the error of the first world that has one as an exception, and clear all errors."""
     w = int(np.flatnonzero(world.trouble[:-1])[0])
     robot, kind = divmod(int(world.trouble[w]), ticks.N_TROUBLES)
     world.trouble[...] = ticks.NO_TROUBLE
@@ -205,7 +204,7 @@ def _n_robots(scenarios: Sequence[BaseScenario]) -> int:
 
 
 def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
-    """The numbers of the chosen worlds in their order, or all; ConfigError for what names none."""
+    """Return the indices of the chosen worlds in order, or of all; ConfigError if invalid."""
     if worlds is None:
         return np.arange(n_worlds)
     chosen = np.asarray(worlds)
@@ -223,9 +222,9 @@ def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
 def consecutive(
     which: Sequence[int], scenarios: Sequence[object] | None = None
 ) -> list[tuple[int, int]]:
-    """Runs of worlds that follow each other, in order: first and last + 1.
+    """Return the runs of consecutive worlds, in order, each as (first, last + 1).
 
-    With the scenarios of all worlds, those of a run have the same one.
+    If the scenarios of all worlds are given, the worlds of a run share one scenario.
 
     >>> consecutive([4, 0, 1])
     [(0, 2), (4, 5)]
@@ -243,7 +242,7 @@ def consecutive(
 
 
 def check_fit(old: Sequence[BaseScenario], new: Sequence[BaseScenario]) -> None:
-    """ConfigError if worlds of some scenarios cannot go on under others, one for each."""
+    """Raise ConfigError if worlds of the old scenarios cannot take the new ones, one for each."""
     if len(new) != len(old):
         raise ConfigError(f"{len(new)} scenarios given for {len(old)} worlds: must be one for each")
     one_task((*old, *new))
@@ -258,7 +257,7 @@ def check_fit(old: Sequence[BaseScenario], new: Sequence[BaseScenario]) -> None:
 
 
 def one_task(scenarios: Sequence[BaseScenario]) -> "Task":
-    """The task that all scenarios belong to; ConfigError if they belong to several."""
+    """Return the task of all these scenarios; ConfigError if they belong to several."""
     first = task_of(scenarios[0])
     for scenario in {id(each): each for each in scenarios}.values():
         if (task := task_of(scenario)) is not first:
@@ -270,102 +269,102 @@ def one_task(scenarios: Sequence[BaseScenario]) -> "Task":
 
 
 class Events(Record):
-    """What happened to each robot in a tick, for rewards of the user's own; a task adds fields."""
+    """Record of the events of a robot in a tick, for user-defined rewards; tasks add fields."""
 
     @staticmethod
     def write(world: Any, before: Array, out: Array) -> None:  # noqa: ANN401 of its task
-        """Write the events of a tick of the worlds, whose robots were as `before` at its start."""
+        """Write the events of the last tick; `before` holds the robot records at its start."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class Potential:
-    """The potential of the robots of a task, for shaping."""
+    """Potential function of a task, for reward shaping."""
 
     of: Kernel
-    """The potential Phi of one robot; of the robot and its world."""
+    """Potential Phi of one robot, computed from the records of the robot and its world."""
     max_shaping: Callable[..., tuple[float, str]] = lambda scenario: (math.inf, "")
-    """The largest weight of it that leaves a scenario as it is, and why."""
+    """Largest shaping weight allowed in a scenario, and the reason for the limit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """One kind of world, with all that is particular to it."""
+    """Definition of one kind of world."""
 
     name: str
 
     family: str = ""
-    """Tasks of one family have the same records of what a layer sees: layers that are made for the
-    family run in all of them."""
+    """Tasks of one family share the records that layers read, so that layers written for the family
+    run in all of them."""
     scenario: type[BaseScenario]
-    """What its scenarios are."""
+    """Class of its scenarios."""
     world: Callable[[Sequence[Any], Sequence[int], str], World]
-    """Makes a block of worlds from a scenario and a seed for each, and the engine's name; without
-    seeds nobody is placed before a reset."""
+    """Creates a block of worlds from a scenario and a seed for each, and the name of an engine;
+    without seeds, robots have no positions before a reset."""
 
     decide: Kernel
-    """The row template `decide_world`: the second half of the control, after the cut."""
+    """Row template `decide_world`: the second half of the control, after the cut."""
     physics: str = "kinematic"
     """Default engine."""
     controller: str
     """Default controller."""
     agent: str = "robot"
-    """What its robots are called: `epuck_0`, `epuck_1`, ..."""
+    """Prefix of the names of its robots, as in `epuck_0`, `epuck_1`, ..."""
     steered_by: tuple[str, ...] = ("robots.readings",)
-    """Where the records lie that the motion layer sees between the situation and the last command,
-    in the order in which `steer` takes them."""
+    """Paths of the records that `steer` receives between the situation and the last command, in the
+    order of its arguments."""
     policies: Mapping[str, PolicyInterface]
-    """What a policy can take the place of, by the name that `learn` takes; among it `motion`."""
+    """Policy interfaces by the name that `learn` takes; one of them is `motion`."""
     steerings: Mapping[str, Steering] = field(default_factory=dict)
-    """How a policy can steer, by the name that `action` takes; the first is the usual one. None:
-    as the action of its policies says."""
+    """Forms of steering by the name that `action` takes; the first is the default. If empty, the
+    policy interface alone defines the action."""
     is_joint: bool = False
-    """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
+    """Whether robots correct their estimates jointly; all of a swarm then need one estimator."""
     gpu: Mapping[str, Kernel] | None = None
-    """Functions that a GPU binds to free names of the templates instead of a CPU's; None: the task
-    runs on a CPU only."""
+    """Functions that replace those of a CPU in templates bound for a GPU; None: the task runs on a
+    CPU only."""
     raw_control: Controller | None = None
-    """What runs where a policy is everything; None: the task has no such policy."""
+    """Controller for policies that replace all layers; None if the task has no such policy."""
     potential: Potential | None = None
-    """The potential of a robot, for shaping; None: there is none."""
+    """Potential for reward shaping; None if the task has none."""
     global_state: Callable[[Any, RunningController, list[str], Any], GlobalState]
-    """Makes the global state for critics and logs, from world, controller, names, scenario."""
+    """Creates the global state (critics, logs) from world, controller, agents and scenario."""
     episode: EpisodeKind
-    """What an episode is judged by."""
+    """Result class, metrics and score of its episodes."""
     events: type[Events] | None = None
-    """What happened to each robot in a tick; None: not told."""
+    """Record of the events of each robot in a tick; None if the task reports none."""
     drawing: tuple[Callable[[Any, str], Stage], Callable[[Any, Array, int], Scene]] | None = None
-    """What stands still in a picture, from a scenario and what moves the robots; and what is drawn
-    of one world, from a block of them, the minds of its robots and which. None: no drawing."""
+    """Two functions: one makes the `Stage` from a scenario and the controller's name, the other the
+    `Scene` from a block of worlds, its `minds` and a world index. None: no drawing."""
     trajectory: TrajectoryKind | None = None
-    """What is kept of its robots in every tick; None: nothing can be."""
+    """Columns recorded of its robots in every tick; None if nothing can be recorded."""
 
     @property
     def commanded(self) -> str:
-        """The field of a robot's command, and of its action, that the motion layer writes."""
+        """Field of a robot's command, and of its action, that the motion layer writes."""
         return self.policies["motion"].gives[0].name
 
     @property
     def residuals(self) -> tuple[str, ...]:
-        """The policies that can be learned as a correction of the hand-written motion."""
+        """Names of the policies that can be learned as a correction of the hand-written motion."""
         return tuple(name for name, each in self.policies.items() if each.can_correct)
 
     @property
     def scene(self) -> Callable[[Any, Array, int], Scene] | None:
-        """Draws one world."""
+        """Function that makes the scene of one world; None if there is no drawing."""
         return self.drawing and self.drawing[1]
 
     def agents(self, n_robots: int) -> list[str]:
-        """The names of n robots."""
+        """Return the names of n robots."""
         return [f"{self.agent}_{robot}" for robot in range(n_robots)]
 
 
 TASKS: Registry[Task] = Registry("task", TASK_MODULES)
-"""Tasks by name; the built-in ones are imported at the first use of one."""
+"""Tasks by name; the modules of the built-in tasks are imported at first use."""
 
 
 def task_of(scenario: object) -> Task:
-    """The task that a scenario belongs to; ConfigError if it is none."""
+    """Return the task that a scenario belongs to; ConfigError if it is no scenario of any."""
     for task in _tasks():
         if isinstance(scenario, task.scenario):
             return task
@@ -373,7 +372,7 @@ def task_of(scenario: object) -> Task:
 
 
 def task_of_episode(episode: object) -> Task:
-    """The task that an episode is of; ConfigError if it is of none."""
+    """Return the task that an episode belongs to; ConfigError if it belongs to none."""
     for task in _tasks():
         if isinstance(episode, task.episode.episode):
             return task
@@ -381,13 +380,13 @@ def task_of_episode(episode: object) -> Task:
 
 
 def _tasks() -> Iterator[Task]:
-    """All tasks, those of plug-ins last: they are looked for when no other one fits."""
+    """Yield the loaded tasks, then all: plug-ins are imported only if no loaded task fits."""
     yield from TASKS.loaded()
     yield from (TASKS[name] for name in TASKS)
 
 
 def stage_of(scenario: BaseScenario, moved_by: str) -> Stage:
-    """The stage of a scenario and of what moves its robots; ConfigError if it has no drawing."""
+    """Return the stage of a scenario whose controller is `moved_by`; ConfigError if it has none."""
     task = task_of(scenario)
     if task.drawing is None:
         raise ConfigError(

@@ -1,6 +1,6 @@
 """Templates: functions with free names, which are bound to the functions of chosen parts.
 
-A template of a block goes over worlds; it may name row templates, of one world or of one robot,
+A template of a block loops over worlds. It may call row templates, of one world or of one robot,
 which are bound with it.
 """
 
@@ -14,24 +14,24 @@ Function = Callable[..., object]
 FunctionT = TypeVar("FunctionT", bound=Function)
 
 Bindings = tuple[tuple[str, Function], ...]
-"""The functions of chosen parts by the free names that they are bound to, in order."""
+"""Pairs of a free name and the function that is bound to it, in the order of names."""
 
 _row_templates: set[Function] = set()
 
 
 def row_template(template: FunctionT) -> FunctionT:
-    """Mark a template of one world or robot: it is bound with the template that names it."""
+    """Mark a template of one world or robot; it is bound with the template that names it."""
     _row_templates.add(template)
     return template
 
 
 def is_row_template(function: object) -> bool:
-    """Whether a function is a template of one world or robot."""
+    """Return whether a function is a template of one world or robot."""
     return isinstance(function, FunctionType) and function in _row_templates
 
 
 def parts_of(template: Function, functions: Mapping[str, Function]) -> Bindings:
-    """Those functions that the template, or a template that it names, has a free name for."""
+    """Return the functions that the template, or a template that it names, has free names for."""
     names = set(_free_names(template, functions))
     used = ((name, each) for name, each in functions.items() if name in names)
     return tuple(sorted(used, key=lambda part: part[0]))
@@ -40,9 +40,9 @@ def parts_of(template: Function, functions: Mapping[str, Function]) -> Bindings:
 def with_parts(
     template: Function, parts: Bindings, compiled: Callable[[Function, Bindings], Function]
 ) -> FunctionType:
-    """A template as a function whose free names are these parts.
+    """Return a template as a function whose free names are bound to these parts.
 
-    `compiled` makes a compiled function of each row template that it names, or that is a part.
+    `compiled` compiles each row template that the template names or that is a part.
     """
     function, rows = cast(FunctionType, template), _rows_in(template, dict(parts))
     bound_rows = {name: compiled(each, parts) for name, each in rows.items()}
@@ -54,7 +54,7 @@ def with_parts(
 
 
 def _rows_in(template: Function, parts: Mapping[str, Function]) -> dict[str, Function]:
-    """The row templates that a template names, itself or by a free name that is a part."""
+    """Return the row templates that a template names, or to which its free names are bound."""
     function = cast(FunctionType, template)
     known = {**function.__globals__, **parts}
     named = {name: known[name] for name in function.__code__.co_names if name in known}

@@ -1,9 +1,9 @@
-"""Ticks: what worlds do between two cuts of a learner, one text for CPU and GPU.
+"""Ticks: the work of worlds between two cuts of a learner, in one source for CPU and GPU.
 
     decide -> move -> tick -> observe -> [the cut] -> decide ...
 
 Worlds are independent of each other, so that several ticks run in one compiled call, world by
-world, or in one launch, in which a block of threads holds whole worlds.
+world, or in one GPU launch, in which a block of threads runs whole worlds.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,18 +34,18 @@ observe_after: Kernel
 """Free names of the templates: lanes, and row templates of a task, an engine and a controller."""
 
 STANDS, RUNS, BEGINS = range(3)
-"""What a world does in a call: nothing; ticks; or it senses and observes before its first tick."""
+"""Mode of a world in a call: skip; run ticks; or sense and observe before the first tick."""
 
 NO_TROUBLE, TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(5)
-"""What can go wrong in a world, which a compiled function notes and Python raises."""
+"""Kinds of error in a world, which compiled functions note and Python raises."""
 
 N_TROUBLES = 5
 
 Trouble = Int64[Array, " worlds_and_one"]
-"""What went wrong in each world, as `note` says; the last number tells that something did."""
+"""Error code of each world, as written by `note`; the last element is 1 if there is any."""
 
 Modes = Int8[Array, " worlds"]
-"""What each world does in a call."""
+"""Mode of each world in a call."""
 
 Arrays = tuple[Any, ...]
 """Arrays of all worlds, as a task or a controller keeps them."""
@@ -53,7 +53,7 @@ Arrays = tuple[Any, ...]
 
 @kernel
 def note(trouble: Trouble, w: int, kind: int, robot: int) -> None:
-    """Note what went wrong in a world, with which robot; the last number tells that it did."""
+    """Write the error code of a world and a robot, and set the last element to 1."""
     trouble[w] = kind + N_TROUBLES * robot
     trouble[trouble.shape[0] - 1] = 1
 
@@ -68,10 +68,10 @@ def run_world(  # noqa: PLR0913 what runs, how, which world, how long
     n_robots: int,
     n_ticks: int,
 ) -> None:
-    """Run some ticks of a world that RUNS or BEGINS; one that STANDS has no robots to run.
+    """Run some ticks of a world that RUNS or BEGINS; for one that STANDS, `n_robots` is 0.
 
-    A world in which a decision cannot be carried out stands from then on. All lanes of a block come
-    to every barrier, also those of worlds without robots to run.
+    After a command that is not finite, the world stands for the remaining ticks. All lanes of a
+    block reach every barrier, including those of worlds without robots to run.
     """
     for _ in range(n_ticks):
         n_moving = 0 if mode == BEGINS else n_robots
@@ -96,7 +96,7 @@ def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
     last: int,
     n_ticks: int,
 ) -> None:
-    """Run some ticks of the worlds first .. last - 1, each as its mode says."""
+    """Run some ticks of the worlds first .. last - 1, each in its mode."""
     for each in range(first_world(first), end_world(last)):
         w = min(each, last - 1)
         n_robots = world_arrays[0].shape[1] if each < last and modes[w] != STANDS else 0
@@ -113,7 +113,7 @@ def restart_world(  # noqa: PLR0913 what worlds start from, which one, and how m
     w: int,
     n: int,
 ) -> None:
-    """Put the robots of a world at their starting places, as `begin_worlds` those of all."""
+    """Place the robots of one world and reset their layers, for `begin_worlds`."""
     minds, memories = layer_arrays[0], layer_arrays[1]
     first_robot, first_mind, first_memory, seeds, places, poses = starts
     place_world(world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n)
@@ -130,10 +130,10 @@ def begin_worlds(
     modes: Modes,
     trouble: Trouble,
 ) -> None:
-    """Put the robots of worlds that begin at their starting places, and let their layers forget.
+    """Place the robots of all worlds whose mode is BEGINS, and reset their layers.
 
-    `starts` are first records of a robot, of what its estimator and its motion keep, the seed of
-    every world, and room for places; `noise` is what motions draw for.
+    `starts` holds the initial records of a robot, of its mind and of its memory, the seed of every
+    world, and buffers for placing robots; `noise` is the source of noise of the motions.
     """
     last = world_arrays[0].shape[0]
     for each in range(first_world(0), end_world(last)):
@@ -144,7 +144,7 @@ def begin_worlds(
 
 @kernel
 def nothing(*arrays: object) -> None:
-    """Do nothing: replaces a stage of a tick that is not to be run."""
+    """Do nothing; this replaces a stage of a tick that is skipped."""
 
 
 STAGES = {
@@ -153,11 +153,11 @@ STAGES = {
     "tick": "tick_world",
     "observe": "observe_world",
 }
-"""The row template of each stage of a tick, in their order."""
+"""Row template of each stage of a tick, in order."""
 
 
 def only(*stages: str) -> dict[str, Kernel]:
-    """What stands in the places of the other stages, where some are run alone."""
+    """Return replacements for all other stages, so that only these are run."""
     return {template: nothing for stage, template in STAGES.items() if stage not in stages}
 
 
@@ -165,25 +165,25 @@ def only(*stages: str) -> dict[str, Kernel]:
 def decide_both(
     world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Decide by two sets of layers in a world."""
+    """Decide with two sets of layers in a world."""
     decide_before(world_arrays, layer_arrays[0], trouble, w, n_robots)
     decide_after(world_arrays, layer_arrays[1], trouble, w, n_robots)
 
 
 @row_template
 def observe_both(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Observe by two sets of layers in a world."""
+    """Observe with two sets of layers in a world."""
     observe_before(world_arrays, layer_arrays[0], w, n_robots)
     observe_after(world_arrays, layer_arrays[1], w, n_robots)
 
 
 def joined(layers: Sequence[CompiledLayers]) -> CompiledLayers:
-    """Several sets of layers, each of its own robots, for one call on a CPU."""
+    """Join several sets of layers, each with its own robots, for one call on a CPU."""
     return reduce(_both, layers)
 
 
 def _bound(function: Kernel, functions: Mapping[str, Kernel]) -> Kernel:
-    """A row template with its functions; what has no free names as it is."""
+    """Bind a row template to its functions; return any other function unchanged."""
     return bind_row(function, functions) if is_row_template(function) else function
 
 

@@ -1,4 +1,4 @@
-"""Where worlds run: what an environment asks of a CPU or a GPU, and the worlds of a CPU."""
+"""Devices: memory and worlds of a CPU, with the interface that a GPU shares."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, Protocol
@@ -20,14 +20,14 @@ from swarm_forage_env.observed_fields import (
 from swarm_forage_env.raw_control import has_estimators
 
 Device = Literal["cpu", "cuda"]
-"""Where worlds run."""
+"""Device on which worlds run."""
 
 ROBOTS_FOR_THREADS = 2000
-"""From how many robots on several threads look through a block sooner than one (measured)."""
+"""Number of robots from which several threads are faster than one (measured)."""
 
 
 def checked_device(device: str) -> Device:
-    """The device; ConfigError for one on which worlds cannot run."""
+    """Return the device; ConfigError if worlds cannot run on it."""
     match device:
         case "cpu" | "cuda":
             return device
@@ -35,61 +35,61 @@ def checked_device(device: str) -> Device:
 
 
 class PlacedArray(Protocol):
-    """An array where worlds run: of NumPy on a CPU, of numba on a GPU."""
+    """An array on the device of the worlds: NumPy's on a CPU, numba's on a GPU."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Its axes."""
+        """Size of each axis."""
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """What its elements are."""
+        """Type of the elements."""
 
     def __getitem__(self, index: Any, /) -> Any:  # noqa: ANN401 an element, or a view
-        """An element, or a view."""
+        """Return an element, or a view."""
 
 
 class Memory:
-    """The memory of a CPU: nothing is copied that lies as kernels want it."""
+    """Memory of a CPU; only arrays that are not contiguous are copied for kernels."""
 
     stream = 0
-    """The address of the stream of CUDA in whose order a GPU works; 0: the default stream."""
+    """Address of the CUDA stream that a GPU uses; 0 is the default stream."""
 
     def change_stream(self, address: object) -> None:
-        """Go on in another stream: every call of a CPU waits for the one before."""
+        """Do nothing: on a CPU, every call waits for the one before."""
 
     def to_device(self, array: Array) -> PlacedArray:
-        """The array where the worlds run, contiguous."""
+        """Return the array, contiguous, on the device of the worlds."""
         return np.ascontiguousarray(array)
 
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> PlacedArray:
-        """A new array where the worlds run."""
+        """Return a new array on the device of the worlds."""
         return np.empty(shape, dtype)
 
     def write(self, there: Any, array: Array) -> None:  # noqa: ANN401 a PlacedArray of its own
-        """Copy an array into one where the worlds run."""
+        """Copy an array into an array on the device of the worlds."""
         there[...] = array
 
     def read(self, there: Any) -> Array:  # noqa: ANN401 as above
-        """The array in the memory of the CPU: the array itself, or a copy from a GPU."""
+        """Return the array in the memory of the CPU: the array itself, or a copy from a GPU."""
         return np.asarray(there)
 
     def lend(self, there: Any) -> PlacedArray:  # noqa: ANN401 as above
-        """The array to be handed out: a copy, or one that its receiver must not write to."""
+        """Return an array for a user: a copy, or on a GPU the array itself, for reading only."""
         return np.array(there)
 
 
 class WorldsOnCpu:
-    """The worlds of a block and the minds of their robots, in a CPU's memory."""
+    """Worlds of a block and minds of their robots, in the memory of a CPU."""
 
     memory: Memory = Memory()
 
-    def __init__(self, world: Any, minds: Array) -> None:  # noqa: ANN401 a World, from the floor above
+    def __init__(self, world: Any, minds: Array) -> None:  # noqa: ANN401 a World, not importable
         self._block, self._minds = world, minds
 
     @property
     def arrays(self) -> Mapping[str, Array]:
-        """Records by name: `robots`, `worlds`, `minds` (what the estimators keep), `earned`."""
+        """Records by name: `robots`, `worlds`, `minds` (state of the estimators), `earned`."""
         block, estimators = self._block, self.estimators
         minds = self._minds if estimators is None else estimators
         records = {"robots": block.robots, "worlds": block.worlds, "minds": minds}
@@ -97,13 +97,13 @@ class WorldsOnCpu:
 
     @property
     def estimators(self) -> Array | None:
-        """What the estimators keep, worlds by robots; None where no robot has one."""
+        """State of the estimators, shape (worlds, robots); None if no robot has one."""
         return self._minds["estimator"] if has_estimators(self._minds) else None
 
     def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """A template over worlds, whose last argument it is given here.
+        """Return a template over worlds, which gets its last argument here.
 
-        Few robots are looked through by the thread that asks: waking another takes longer.
+        The calling thread processes few robots alone: waking another takes longer.
         """
         compiled = typed_once(bind(template, functions))
 
@@ -116,11 +116,11 @@ class WorldsOnCpu:
         return run
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
-        """Do a piece of work on all worlds, from the first one to the last + 1: on this thread."""
+        """Call a function on all worlds (first, last + 1), on this thread."""
         work(0, self._block.n_worlds)
 
     def fields(self, layout: FieldLayout) -> Fields:
-        """Where the fields of a layout lie, for `read_fields` and `write_fields`."""
+        """Return the location of the fields of a layout, for `read_fields` and `write_fields`."""
         own = source_of_its_own(layout)
         arrays = {"robots": self._block.robots, "minds": self._minds}
         arrays.setdefault(own, getattr(self._block, own))
