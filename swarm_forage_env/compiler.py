@@ -285,7 +285,7 @@ def _cache_of_cpu(function: Function) -> Any:  # noqa: ANN401 numba's
 
 
 def _cache_of_gpu(function: Function) -> Any:  # noqa: ANN401 numba's
-    """Return numba-cuda's cache; its key holds the versions of both and the type of GPU."""
+    """Return numba-cuda's cache; its key holds the versions of numba-cuda and CUDA, and the GPU."""
     from numba.cuda.dispatcher import CUDACache, CUDACacheImpl
 
     return _checked(CUDACache, CUDACacheImpl)(function)

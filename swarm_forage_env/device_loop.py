@@ -23,7 +23,7 @@ from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import PlacedArray, checked_device
 
 MAX_THREADS = 128
-"""Maximum of threads of a block; with more, a thread could not use all its registers."""
+"""Maximum number of threads per block; with more, a thread cannot use the most registers."""
 
 ENOUGH_BLOCKS = 160
 """Number of blocks for few worlds: about one for each multiprocessor of a large GPU."""
@@ -76,7 +76,7 @@ class DeviceLoop:
         return self.arrays["minds"] if self.layers.has_beliefs else None
 
     def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """Return a template over worlds as one launch, which gets its last argument here."""
+        """Return a template over worlds as one launch; the last argument is added here."""
         compiled, n_worlds = bind_grid(template, functions), self.world.n_worlds
 
         def run(*arguments: object) -> None:

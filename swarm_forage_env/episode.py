@@ -107,5 +107,5 @@ class FinalMeter:
 
 
 def judged_at_the_end(judge: Judge) -> Callable[[MeasuredLoop], EpisodeMeter]:
-    """Return a function that creates meters of the final state of worlds."""
+    """Return a function that creates a `FinalMeter` for a loop."""
     return partial(FinalMeter, judge)

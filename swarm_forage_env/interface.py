@@ -77,7 +77,7 @@ class EstimatorLayer:
     """Weighting that the estimator itself defines, used by the rule `filter`."""
 
     def check_falsifiable(self, name: str, scenario: BaseScenario) -> None:
-        """Raise ConfigError if a scenario falsifies messages and this layer cannot."""
+        """Raise ConfigError if faults falsify messages and this layer cannot falsify its own."""
         if not {"falsify", "repeat"} <= set(self.kernels):
             refuse_falsifying(name, scenario)
 

@@ -31,7 +31,7 @@ def cache_folder() -> Path:
 
 
 def is_trusted(folder: Path) -> bool:
-    """Return whether only the user and root may write to a folder, or it is missing.
+    """Return whether only the user and root may write to a folder; true if it is missing.
 
     If others may, a message is printed once.
     """

@@ -6,9 +6,9 @@ A barrier separates the writes of a lane from the reads of other lanes:
         drive(swarm[i], world)
     barrier()
 
-A template gets these functions when it is bound. On a CPU they return 0, return 1 and do nothing,
+A template gets these functions when it is bound. On a CPU the lane is 0 of 1, barriers do nothing,
 and one call runs a chunk of worlds, world by world. On a GPU a block of threads runs a few whole
-worlds: `cuda.threadIdx.y` is the index of the world, and `cuda.threadIdx.x` that of the lane.
+worlds: `cuda.threadIdx.y` is the world's index in the block, `cuda.threadIdx.x` that of the lane.
 """
 
 from collections.abc import Callable

@@ -113,7 +113,7 @@ class Lean(Compiler):  # type: ignore[misc]
 
 
 class _LeanInner(Inner, Lean):
-    """The compiler of both."""
+    """Compiler that combines `Inner` and `Lean`."""
 
 
 class _LeanWhereItCan(_FunctionCompiler):  # type: ignore[misc]

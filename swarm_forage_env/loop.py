@@ -110,7 +110,7 @@ class Loop(WorldsOnCpu):
         self._begin(seed_of)
 
     def renumber(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
-        """Replace the scenarios of some worlds; ConfigError, before any change, for a misfit."""
+        """Replace scenarios of worlds; ConfigError, before any change, if they do not fit."""
         task.check_fit([self.world.scenarios[w] for w in which], scenarios)
         numbers = [
             self.controller.numbers_in(w, scenario)

@@ -55,7 +55,7 @@ class MixedController:
         return any(map(has_talk, self.members))
 
     def with_parameters(self, values: Mapping[str, Any]) -> "MixedController":
-        """Return the same with some parameters of every robot's controller changed."""
+        """Return a copy with some parameters of every robot's controller changed."""
         return replace(self, members=tuple(each.with_parameters(values) for each in self.members))
 
     def check_supports(self, scenario: BaseScenario) -> None:

@@ -157,7 +157,7 @@ def spans_of(layout: FieldLayout, dtypes: Mapping[str, RecordType]) -> Spans:
 
 
 def _joined(spans: Sequence[tuple[int, int, int, int]]) -> Spans:
-    """Join each span with the previous one if it continues it."""
+    """Join consecutive spans that are contiguous in memory."""
     joined: list[list[int]] = []
     for source, at, count, to in spans:
         before = joined[-1] if joined else None

@@ -21,7 +21,7 @@ class Steering:
     choices: tuple[tuple[float, float], ...]
     """Default discrete actions in this form."""
     command: Kernel | None = None
-    """Computes the command from both elements and the sharpest turn; None: they are it."""
+    """Computes the command from both elements and the sharpest turn; None: they are the command."""
     is_course: bool = False
     """Whether the second element is an angle off the course; reflexes then stay active."""
 

@@ -15,7 +15,7 @@ from swarm_forage_env.random_streams import NoiseSource, checked_seed, hash_of, 
 Number = int | float
 
 MAX_TOGETHER = 8
-"""Most ranges of which all corners are checked; of more, each end alone and all together."""
+"""Largest number of ranges whose corners are all checked; of more ranges, some are."""
 
 draw_unit = entry_point(random_draws.unit)
 

@@ -55,7 +55,7 @@ def hear_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int
 
 
 def has_estimators(minds: Array) -> bool:
-    """Return whether any robot has an estimator, and not only policies without layers."""
+    """Return whether any robot has an estimator; false if all policies replace all layers."""
     return "estimator" in (minds.dtype.names or ())
 
 

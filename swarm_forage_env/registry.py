@@ -1,4 +1,4 @@
-"""Registries of parts by name: a decorator registers a part, entry points those of plug-ins."""
+"""Registries of parts by name. A decorator registers a part; plug-ins use entry points."""
 
 import importlib
 import inspect

@@ -126,7 +126,7 @@ class World(ABC):
         self._check()
 
     def seed_of(self, seeds: Sequence[int], worlds: Sequence[int] | None) -> dict[int, int]:
-        """Return world index -> seed for these worlds, or all; ConfigError if they do not fit."""
+        """Return the seed of each of these worlds, or all, by index; ConfigError for a misfit."""
         which = chosen_worlds(worlds, self.n_worlds).tolist()
         if len(seeds) != len(which):
             raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
@@ -364,7 +364,7 @@ TASKS: Registry[Task] = Registry("task", TASK_MODULES)
 
 
 def task_of(scenario: object) -> Task:
-    """Return the task that a scenario belongs to; ConfigError if it is no scenario of any."""
+    """Return the task that a scenario belongs to; ConfigError if it belongs to none."""
     for task in _tasks():
         if isinstance(scenario, task.scenario):
             return task
@@ -386,7 +386,7 @@ def _tasks() -> Iterator[Task]:
 
 
 def stage_of(scenario: BaseScenario, moved_by: str) -> Stage:
-    """Return the stage of a scenario whose controller is `moved_by`; ConfigError if it has none."""
+    """Return the stage of a scenario; `moved_by` names the controller. ConfigError: no drawing."""
     task = task_of(scenario)
     if task.drawing is None:
         raise ConfigError(

@@ -70,7 +70,7 @@ def run_world(  # noqa: PLR0913 what runs, how, which world, how long
 ) -> None:
     """Run some ticks of a world that RUNS or BEGINS; for one that STANDS, `n_robots` is 0.
 
-    After a command that is not finite, the world stands for the remaining ticks. All lanes of a
+    After an invalid command or weight, the world stands for the remaining ticks. All lanes of a
     block reach every barrier, including those of worlds without robots to run.
     """
     for _ in range(n_ticks):

@@ -101,7 +101,7 @@ class WorldsOnCpu:
         return self._minds["estimator"] if has_estimators(self._minds) else None
 
     def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """Return a template over worlds, which gets its last argument here.
+        """Return a template over worlds; its last argument, a range of worlds, is added here.
 
         The calling thread processes few robots alone: waking another takes longer.
         """
@@ -116,7 +116,7 @@ class WorldsOnCpu:
         return run
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
-        """Call a function on all worlds (first, last + 1), on this thread."""
+        """Call a function with the range of all worlds (first, last + 1), on this thread."""
         work(0, self._block.n_worlds)
 
     def fields(self, layout: FieldLayout) -> Fields:
