@@ -1,1 +1,1 @@
-"""Compiled pure functions: an equation on scalars first, then the loop over robots."""
+"""Compiled pure functions on scalars: geometry, drive, sensors, radio, obstacles, random draws."""

@@ -1,4 +1,4 @@
-"""Contacts: discs that overlap are moved apart, and back inside the walls."""
+"""Resolution of contacts: separate overlapping discs and keep them inside the walls."""
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
@@ -7,19 +7,19 @@ from swarm_forage_env.equations.geometry import Pose
 
 MAX_PASSES = 2000
 GENTLE_PASSES = 20
-"""After this number of passes a clump is left, which over-relaxation settles 3 times sooner."""
+"""Number of passes with HALF; then OVER_RELAXED settles the remaining clumps 3 times sooner."""
 HALF, OVER_RELAXED = 0.5, 0.9
 """Share of an overlap by which each of the two discs moves."""
 
 OVERLAP = 1e-4
-"""Overlap of two bodies left standing after contacts are resolved [m]."""
+"""Overlap of two bodies that may remain after contacts are resolved [m]."""
 
 _ROUNDING = 1.0 + 1e-12
 
 
 @kernel
 def keep_inside(pose: Pose, arena: Float64[Array, "2"], radius: float) -> None:
-    """Put a disc back inside the walls of an arena of these sides [m], in place."""
+    """Move a disc back inside the walls of an arena with these side lengths [m], in place."""
     far_x, far_y = 0.5 * arena[0] - radius, 0.5 * arena[1] - radius
     pose[0] = min(max(pose[0], -far_x), far_x)
     pose[1] = min(max(pose[1], -far_y), far_y)
@@ -27,9 +27,9 @@ def keep_inside(pose: Pose, arena: Float64[Array, "2"], radius: float) -> None:
 
 @kernel
 def separate_pair(a: Pose, b: Pose, apart: float, share: float) -> float:
-    """Move two centres that are less than `apart` [m], each by a share of what they are short [m].
+    """Separate two centres closer than `apart` [m]: move each by a share of the missing distance.
 
-    Two centres in the same place part along x. What they were short is returned.
+    Two centres at the same point separate along x. Returns the distance that was missing [m].
     """
     dx, dy = b[0] - a[0], b[1] - a[1]
     if dx * dx + dy * dy > apart * apart * _ROUNDING:

@@ -6,12 +6,12 @@ from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.random_draws import Streams, symmetric
 
 FULL_TURN_AT = 0.5
-"""Off course by this angle or more, the wheels turn as fast as they can [rad] (chosen)."""
+"""Smallest heading error at which `wheels_towards` turns at the full rate [rad] (chosen)."""
 
 
 @kernel
 def wheels_to_arc(dU_l: float, dU_r: float, axle: float) -> tuple[float, float]:
-    """Distance of the midpoint [m] and turn [rad] for the paths of the two wheels [m].
+    """Return the path of the midpoint [m] and the turn [rad] for the paths of the two wheels [m].
 
         drho   = (dU_r + dU_l) / 2
         dtheta = (dU_r - dU_l) / b
@@ -25,19 +25,19 @@ def wheels_to_arc(dU_l: float, dU_r: float, axle: float) -> tuple[float, float]:
 
 @kernel
 def wheels_of(a: float, t: float) -> tuple[float, float]:
-    """Left and right wheel for speed a and turn t: (a - t, a + t) / max(1, |a| + |t|)."""
+    """Return the wheel speeds for a speed a and a turn t: (a - t, a + t) / max(1, |a| + |t|)."""
     most = max(1.0, abs(a) + abs(t))
     return (a - t) / most, (a + t) / most
 
 
 @kernel
 def drive_to_wheels(speed: float, turn: float, sharpest_turn: float) -> tuple[float, float]:
-    """Left and right wheel for a speed ahead and a turn, as shares of the cruise speed.
+    """Return the left and right wheel speeds for a speed and a turn, as shares of the cruise speed.
 
         a = min(1, 1 + speed),  t = s turn
 
-    speed and turn in [-1, 1]: -1 stands and 0 or more is the cruise speed, 1 turns left; s =
-    sharpest_turn is the sharpest turn, as a share of the largest difference between the wheels.
+    speed in [-1, 1]: -1 stops, 0 or more is the cruise speed. turn in [-1, 1]: 1 turns left.
+    s = sharpest_turn: sharpest turn, as a share of the largest difference between the wheels.
 
     >>> drive_to_wheels(0.0, 0.0, 0.3)
     (1.0, 1.0)
@@ -47,7 +47,7 @@ def drive_to_wheels(speed: float, turn: float, sharpest_turn: float) -> tuple[fl
 
 @kernel
 def drive_v1_to_wheels(speed: float, turn: float, sharpest_turn: float) -> tuple[float, float]:
-    """As `drive_to_wheels`, but with a = (speed + 1) / 2: 0 is half the cruise speed.
+    """Return the wheel speeds like `drive_to_wheels`, with a = (speed + 1) / 2: 0 is half speed.
 
     >>> drive_v1_to_wheels(0.0, 0.0, 0.3)
     (0.5, 0.5)
@@ -57,7 +57,7 @@ def drive_v1_to_wheels(speed: float, turn: float, sharpest_turn: float) -> tuple
 
 @kernel
 def wheels_towards(angle: float, creep: float) -> tuple[float, float]:
-    """Left and right wheel, in [-1, 1], towards a direction of the body frame [rad].
+    """Return the wheel speeds in [-1, 1] that drive towards a direction in the body frame [rad].
 
     forward = max(cos angle, creep),  turn = angle / FULL_TURN_AT in [-1, 1]
     left, right = forward -+ turn, scaled so that the faster wheel is at most 1
@@ -72,7 +72,7 @@ def wheels_towards(angle: float, creep: float) -> tuple[float, float]:
 def advance(
     x: float, y: float, theta: float, drho: float, dtheta: float
 ) -> tuple[float, float, float]:
-    """The pose after a step, the arc replaced by its chord: x, y [m], theta [rad].
+    """Return the pose x, y [m], theta [rad] after a step, with the arc replaced by its chord.
 
         x     += drho cos(theta + dtheta / 2)
         y     += drho sin(theta + dtheta / 2)
@@ -86,7 +86,7 @@ def advance(
 
 @kernel
 def path_length(drho: float, dtheta: float, axle: float) -> float:
-    """How far the wheels went [m]: a turn on the spot counts too.
+    """Return the path length of a step [m]; a turn on the spot counts too.
 
         dd = |drho| + |dtheta| b / 2
 
@@ -97,11 +97,11 @@ def path_length(drho: float, dtheta: float, axle: float) -> float:
 
 @kernel
 def encoder(dU: float, error: float, streams: Streams, column: int) -> float:
-    """The path of a wheel as its encoder tells it [m], for a true path dU [m].
+    """Return the path of a wheel as its encoder measures it [m], for a true path dU [m].
 
         dU + e,  e uniform in +- error
 
-    error is a share of the greatest path of a tick [m]; a wheel at rest is read exactly.
+    error is a share of the longest path of a tick [m]; a wheel at rest has no error.
 
     Source: ANTS, Section 4.1.
     """

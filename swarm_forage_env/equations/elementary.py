@@ -1,12 +1,12 @@
-"""Elementary functions with the same bits on every machine.
+"""Elementary functions with bit-identical results on every machine.
 
-The libm of each system rounds its sine in a way of its own. These functions are built of
-additions, multiplications, divisions and square roots of float64, which IEEE 754 rounds in one way
-everywhere, and of shifts of their bits. No multiplication is fused with an addition.
+The libm of each system rounds its sine differently. These functions use only additions,
+multiplications, divisions and square roots of float64, whose rounding IEEE 754 defines, and
+shifts of bits. No multiplication is fused with an addition.
 
-Errors are given in ulp, the distance between two neighbouring float64, and are the largest of a
-million random arguments and of hard ones (`tests/equations/test_elementary.py`). Where nothing
-else is said, a function takes every float64: NaN gives NaN, and zeros keep their sign.
+Errors are given in ulp, the distance between two neighbouring float64; each is the largest over a
+million random arguments and hard cases (`tests/equations/test_elementary.py`). Unless stated
+otherwise, a function accepts every float64: NaN gives NaN, and zeros keep their sign.
 
 Source: fdlibm (Sun Microsystems 1993) and Cephes (Moshier 1989): reductions and coefficients.
 """
@@ -18,54 +18,54 @@ import numpy as np
 from swarm_forage_env.compiler import inlined, kernel
 
 MAX_ANGLE = 2.0**20
-"""Sine and cosine of what lies farther from 0 are NaN [rad]: 166,886 turns."""
+"""Largest absolute angle of sine and cosine [rad], 166,886 turns; they are NaN beyond it."""
 
 _WHOLE = 1.5 * 2.0**52
-"""A number to which this is added is rounded to a whole one, which stands in the last bits."""
+"""Adding this constant rounds a float64 to an integer, which its last bits then hold."""
 _WHOLE_BITS = 0x4338000000000000
 
 _PI_LOW = 1.2246467991473532e-16
-"""The part of pi that math.pi leaves out."""
+"""Difference between pi and math.pi."""
 _HALF_PI_1, _REST_1 = 1.57079632673412561417e00, 6.07710050650619224932e-11
 _HALF_PI_2, _REST_2 = 6.07710050630396597660e-11, 2.02226624879595063154e-21
 _HALF_PI_3, _REST_3 = 2.02226624871116645580e-21, 8.47842766036889956997e-32
-"""pi / 2 in pieces of 33 bits, and what is left after each."""
+"""pi / 2 in pieces of 33 bits, and the remainder after each piece."""
 
 _ATAN_HALF, _ATAN_HALF_LOW = 4.63647609000806093515e-01, 2.26987774529616870924e-17
 _ATAN_1, _ATAN_1_LOW = 7.85398163397448278999e-01, 3.06161699786838301793e-17
-"""atan(1/2) and atan(1), and what is left of them."""
+"""atan(1/2) and atan(1), each with its remainder."""
 
 _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _EXPONENT, _MANTISSA = 52, (1 << 52) - 1
 _ONE, _HALF_ROOT_2 = 0x3FF0000000000000, 0x3FE6A09E00000000
-"""The bits of 1, and the upper ones of sqrt(1/2)."""
+"""The bits of 1 and the upper bits of sqrt(1/2)."""
 
 
 @inlined
 def double(x: float) -> float:
-    """The number as a float64, in compiled functions too."""
+    """Convert a value to float64, in compiled functions too."""
     return 1.0 * float(x)
 
 
 @inlined
 def bits(x: float) -> int:
-    """The 64 bits of a float64, as a whole number."""
+    """Return the 64 bits of a float64 as an integer."""
     return int(np.float64(x).view(np.int64))
 
 
 @inlined
 def from_bits(k: int) -> float:
-    """The float64 of 64 bits."""
+    """Return the float64 with these 64 bits."""
     return float(np.int64(k).view(np.float64))
 
 
 @inlined
 def cos_sin(angle: float) -> tuple[float, float]:
-    """Cosine and sine of an angle [rad], |angle| <= MAX_ANGLE, else NaN.
+    """Return cosine and sine of an angle [rad]; NaN if |angle| > MAX_ANGLE.
 
         angle = n pi / 2 + r,  |r| <= pi / 4
 
-    n pi / 2 is taken away piece by piece, so that r is exact to twice the digits of a float64.
+    n pi / 2 is subtracted in pieces, so that r is exact to twice the digits of a float64.
     Error below 0.8 ulp.
 
     Source: fdlibm, e_rem_pio2.c, k_sin.c, k_cos.c.
@@ -105,19 +105,19 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 @inlined
 def sin(angle: float) -> float:
-    """Sine of an angle [rad], as `cos_sin` has it."""
+    """Return the sine of an angle [rad], computed by `cos_sin`."""
     return cos_sin(angle)[1]
 
 
 @inlined
 def cos(angle: float) -> float:
-    """Cosine of an angle [rad], as `cos_sin` has it."""
+    """Return the cosine of an angle [rad], computed by `cos_sin`."""
     return cos_sin(angle)[0]
 
 
 @inlined
 def atan2(y: float, x: float) -> float:
-    """The angle of the vector (x, y) from the x axis [rad], in [-pi, pi].
+    """Return the angle of the vector (x, y) from the x axis [rad], in [-pi, pi].
 
         atan(t) = atan(c) + atan((t - c) / (1 + c t)),  t <= 1,  c = 0, 1/2 or 1
 
@@ -156,7 +156,7 @@ def atan2(y: float, x: float) -> float:
 
 @kernel
 def scaled(hi: float, lo: float) -> tuple[float, float]:
-    """Two sizes of the same ratio, of which half and twice the larger are float64 too."""
+    """Scale two magnitudes, keeping their ratio, so that `hi` can be halved and doubled exactly."""
     if hi == 0.0:
         return 1.0, lo
     if hi == math.inf:
@@ -167,11 +167,11 @@ def scaled(hi: float, lo: float) -> tuple[float, float]:
 
 @inlined
 def hypot(x: float, y: float) -> float:
-    """The length of the vector (x, y).
+    """Return the length of the vector (x, y).
 
         sqrt(x^2 + y^2)
 
-    Error below 1.2 ulp. Infinite where either is, as in C.
+    Error below 1.2 ulp. Infinite if x or y is, as in C.
     """
     x, y = double(x), double(y)
     square = x * x + y * y
@@ -182,7 +182,7 @@ def hypot(x: float, y: float) -> float:
 
 @kernel
 def far_hypot(x: float, y: float) -> float:
-    """`hypot` of what has a square that no float64 is."""
+    """Return `hypot` where the sum of squares leaves the range of float64."""
     if abs(x) == math.inf or abs(y) == math.inf:
         return math.inf
     if x != x or y != y:
@@ -194,11 +194,11 @@ def far_hypot(x: float, y: float) -> float:
 
 @inlined
 def exp(x: float) -> float:
-    """e to the power of x; infinite above 709.78, 0 below -745.13.
+    """Return e to the power of x; infinite above 709.78, 0 below -745.13.
 
         x = n ln 2 + r,  e^x = 2^n e^r
 
-    Error below 0.9 ulp, 1 ulp of denormal results.
+    Error below 0.9 ulp; below 1 ulp for denormal results.
 
     Source: fdlibm, e_exp.c.
     """
@@ -218,19 +218,19 @@ def exp(x: float) -> float:
     rest = -2.77777777770155933842e-03 + z * (6.61375632143793436117e-05 + z * last)
     c = r - z * (1.66666666666666019037e-01 + z * rest)
     power = 1.0 - ((low - (r * c) / (2.0 - c)) - high)
-    half = k >> 1  # two factors: 2^n itself may be no float64
+    half = k >> 1  # two factors: 2^n may be out of range
     return power * two_to(half) * two_to(k - half)
 
 
 @inlined
 def two_to(k: int) -> float:
-    """2 to the power of a whole number from -1022 to 1023."""
+    """Return 2 to the power of an integer from -1022 to 1023."""
     return from_bits((k + 1023) << _EXPONENT)
 
 
 @inlined
 def log_of_sum(u: float, c: float) -> float:
-    """ln(u + c) of a normal float64 u > 0 and a c that is small beside it.
+    """Return ln(u + c) for a normal float64 u > 0 and a c much smaller than u.
 
         u = 2^k (1 + f),  sqrt(1/2) < 1 + f < sqrt(2),  ln(1 + f) = f - f^2 / 2 + s (f^2 / 2 + R)
 
@@ -252,7 +252,7 @@ def log_of_sum(u: float, c: float) -> float:
 
 @inlined
 def log(x: float) -> float:
-    """Natural logarithm; -infinite of 0, NaN below.
+    """Return the natural logarithm; -infinite at 0, NaN below.
 
     Error below 0.9 ulp.
 
@@ -270,7 +270,7 @@ def log(x: float) -> float:
 
 @inlined
 def log1p(x: float) -> float:
-    """Natural logarithm of 1 + x; -infinite at x = -1, NaN below.
+    """Return the natural logarithm of 1 + x; -infinite at x = -1, NaN below.
 
     Error below 1 ulp.
 
@@ -287,7 +287,7 @@ def log1p(x: float) -> float:
 
 @inlined
 def tanh(x: float) -> float:
-    """Hyperbolic tangent.
+    """Return the hyperbolic tangent.
 
         x + x^3 P(x^2) / Q(x^2)  where |x| < 0.625,  else +- (1 - 2 / (e^(2 |x|) + 1))
 
@@ -310,7 +310,7 @@ def tanh(x: float) -> float:
 
 @inlined
 def acos(x: float) -> float:
-    """The angle in [0, pi] of that cosine [rad]; NaN outside of [-1, 1].
+    """Return the angle in [0, pi] whose cosine is x [rad]; NaN outside [-1, 1].
 
         atan2(sqrt((1 - x) (1 + x)), x)
 

@@ -12,7 +12,7 @@ Pose = Float64[Array, "3"]
 
 @kernel
 def wrap(angle: float) -> float:
-    """The same angle in [-pi, pi) [rad]."""
+    """Wrap an angle to [-pi, pi) [rad]."""
     if -math.pi <= angle < math.pi:
         return angle
     wrapped = angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
@@ -21,12 +21,12 @@ def wrap(angle: float) -> float:
 
 @kernel
 def range_and_bearing(dx: float, dy: float, theta: float) -> tuple[float, float]:
-    """Where a robot of heading theta sees a point at (dx, dy): range [m], body bearing [rad].
+    """Return the range [m] and bearing [rad] of a point seen by a robot with heading theta.
 
         r = |(dx, dy)|
         b = atan2(dy, dx) - theta
 
-    (dx, dy) from the robot to the point, world frame [m]; b in [-pi, pi).
+    (dx, dy): from the robot to the point, world frame [m]. b: in the body frame, [-pi, pi).
 
     >>> range_and_bearing(0.0, 2.0, math.pi / 2)
     (2.0, 0.0)
@@ -36,7 +36,7 @@ def range_and_bearing(dx: float, dy: float, theta: float) -> tuple[float, float]
 
 @kernel
 def to_body(dx: float, dy: float, c: float, s: float) -> tuple[float, float]:
-    """A displacement of the outer frame in the body frame [m]; c, s: cosine, sine of the heading.
+    """Rotate a displacement from the outer to the body frame [m]; c, s: cos, sin of the heading.
 
     >>> to_body(0.0, 2.0, 0.0, 1.0)
     (2.0, 0.0)
@@ -46,7 +46,7 @@ def to_body(dx: float, dy: float, c: float, s: float) -> tuple[float, float]:
 
 @kernel
 def to_outer(ahead: float, left: float, c: float, s: float) -> tuple[float, float]:
-    """A displacement of the body frame in the outer frame [m]; c, s: cosine, sine of the heading.
+    """Rotate a displacement from the body to the outer frame [m]; c, s: cos, sin of the heading.
 
     >>> to_outer(2.0, 0.0, 0.0, 1.0)
     (0.0, 2.0)

@@ -1,4 +1,4 @@
-"""The floor: which area holds a point, and how bright it is there."""
+"""The floor: the area at a point, and its brightness."""
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Float64
 from swarm_forage_env.compiler import kernel
@@ -7,14 +7,14 @@ BLACK, GREY, WHITE = 0.0, 0.5, 1.0
 """Brightness of the nest, the prey area and the rest of the floor (TR 5)."""
 
 FLOOR = -1
-"""Stands on neither area."""
+"""Index for a point in no area."""
 
 
 @kernel
 def is_within(
     x: float, y: float, areas: Float64[Array, "areas 2"], area: int, radius: float
 ) -> bool:
-    """The point (x, y) lies in an area of that radius [m]."""
+    """Return whether the point (x, y) is within `radius` of the centre of an area [m]."""
     dx, dy = x - areas[area, 0], y - areas[area, 1]
     return bool(dx * dx + dy * dy <= radius * radius)
 
@@ -23,8 +23,8 @@ def is_within(
 def area_at(
     x: float, y: float, areas: Float64[Array, "areas 2"], n_areas: int, radius: float
 ) -> int:
-    """Which of the first n >= 2 areas holds the point (x, y) [m]: its number, or FLOOR."""
-    for area in range(2):  # that many are there nearly always: a compiler unrolls the loop
+    """Return the index of the first of n >= 2 areas that contains (x, y) [m], or FLOOR."""
+    for area in range(2):  # nearly always all there are; the compiler unrolls this loop
         if is_within(x, y, areas, area, radius):
             return area
     for area in range(2, n_areas):
@@ -35,7 +35,7 @@ def area_at(
 
 @kernel
 def brightness(area: int) -> float:
-    """How bright the floor is in an area: nest black, prey grey, the rest white.
+    """Return the brightness of the floor in an area: nest black, prey grey, the rest white.
 
     Source: TR, Section 5.
     """

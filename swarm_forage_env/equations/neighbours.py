@@ -1,4 +1,4 @@
-"""Neighbours: which robots of a world are close, found with a grid of cells."""
+"""Grid of cells for the search for neighbours in a world."""
 
 import math
 
@@ -9,15 +9,15 @@ EMPTY = -1
 
 @kernel
 def cells_of(side: float, reach: float) -> int:
-    """How many cells of at least `reach` [m] an axis of this length [m] has."""
+    """Return the number of cells at least `reach` [m] wide on an axis of length `side` [m]."""
     return max(1, math.floor(side / reach))
 
 
 @kernel
 def cell_of(coordinate: float, side: float, reach: float, cells: int) -> int:
-    """Index of the grid cell of a coordinate [m] on an axis of the arena of that side [m].
+    """Return the index of the cell that holds a coordinate [m] on an axis of length `side` [m].
 
-    Cells are at least `reach` wide; what lies outside the walls counts to the outermost cell.
+    Cells are at least `reach` wide; coordinates outside the walls belong to the outermost cell.
     """
     k = math.floor((coordinate + 0.5 * side) / reach)
     return min(max(k, 0), cells - 1)

@@ -1,7 +1,7 @@
 """Obstacles: every disc, and every wall of a polygon, is a capsule.
 
-A capsule is all that lies within a radius of a straight axis: (ax, ay, bx, by, radius), the two
-ends of the axis and the radius, world frame [m]. The ends of a disc coincide, and a thin wall has
+A capsule (ax, ay, bx, by, radius) is the set of points within a radius of a line segment, its
+axis, given by its two ends, world frame [m]. The ends of a disc coincide, and a thin wall has
 radius 0.
 """
 
@@ -17,12 +17,12 @@ Capsule = Float64[Array, "5"]
 Capsules = Float64[Array, "obstacles 5"]
 
 ON_AXIS = 1e-9
-"""A point that is nearer to an axis than this lies on it [m]: the way out has no sure direction."""
+"""Distance to an axis below which a point counts as on it [m]: the way out is undefined."""
 
 
 @kernel
 def from_axis(x: float, y: float, capsule: Capsule) -> tuple[float, float]:
-    """The displacement from the nearest point of a capsule's axis to a point (x, y) [m].
+    """Return the displacement from the nearest point of a capsule's axis to the point (x, y) [m].
 
     Source: textbook (projection on a segment).
     """
@@ -37,9 +37,9 @@ def from_axis(x: float, y: float, capsule: Capsule) -> tuple[float, float]:
 
 @kernel
 def keep_out(pose: Pose, capsule: Capsule, radius: float) -> float:
-    """Move a disc straight out of a capsule, in place; by how much they overlapped [m].
+    """Move a disc straight out of a capsule, in place; returns their overlap [m].
 
-    A disc whose centre lies on the axis leaves it to the left, or along x if the axis is a point.
+    A disc with its centre on the axis leaves to the left, or along x if the axis is a point.
     """
     dx, dy = from_axis(pose[0], pose[1], capsule)
     apart = radius + capsule[4]
@@ -60,9 +60,9 @@ def keep_out(pose: Pose, capsule: Capsule, radius: float) -> float:
 
 @kernel
 def ray_to_round_end(cx: float, cy: float, u: float, v: float, radius: float) -> float:
-    """How far along the direction (u, v) a ray meets a disc whose centre is (cx, cy) away [m].
+    """Return the distance along the direction (u, v) to a disc with its centre at (cx, cy) [m].
 
-    Infinite if the ray misses.
+    (cx, cy) is relative to the start of the ray. Infinite if the ray misses.
     """
     along, across = cx * u + cy * v, cy * u - cx * v
     if along <= 0.0 or abs(across) >= radius:
@@ -72,11 +72,11 @@ def ray_to_round_end(cx: float, cy: float, u: float, v: float, radius: float) ->
 
 @kernel
 def ray_to_side(px: float, py: float, dx: float, dy: float, ux: float, uy: float) -> float:
-    """How far along (dx, dy) a ray meets the segment from (px, py) to (px + ux, py + uy) [m].
+    """Return the distance along (dx, dy) to the segment from (px, py) to (px + ux, py + uy) [m].
 
         t = p x u / (d x u),  s = p x d / (d x u),  a hit where t >= 0 and 0 <= s <= 1
 
-    (px, py) is measured from the start of the ray. Infinite if the ray misses.
+    (px, py) is relative to the start of the ray. Infinite if the ray misses.
 
     Source: textbook (intersection of two lines).
     """
@@ -89,7 +89,7 @@ def ray_to_side(px: float, py: float, dx: float, dy: float, ux: float, uy: float
 
 @kernel
 def ray_to_capsule(x: float, y: float, u: float, v: float, capsule: Capsule) -> float:
-    """How far from (x, y), outside of a capsule, a ray along (u, v) meets it [m]; else infinite."""
+    """Return the distance from (x, y), outside a capsule, to it along (u, v) [m], or infinity."""
     ax, ay, radius = capsule[0] - x, capsule[1] - y, capsule[4]
     bx, by = capsule[2] - x, capsule[3] - y
     nearest = ray_to_round_end(ax, ay, u, v, radius)
@@ -106,7 +106,7 @@ def ray_to_capsule(x: float, y: float, u: float, v: float, capsule: Capsule) -> 
 
 @kernel
 def is_between(x: float, y: float, other_x: float, other_y: float, capsule: Capsule) -> bool:
-    """A capsule lies in the straight line between two points outside of it, world frame [m]."""
+    """Return whether a capsule blocks the line between two points outside it, world frame [m]."""
     d = hypot(other_x - x, other_y - y)
     if d == 0.0:
         return False

@@ -1,8 +1,8 @@
-"""The seeds of a world's episodes: the sequence of NumPy's generator, which a GPU can go on with.
+"""Stream of the episode seeds of a world: NumPy's default generator, for CPU and GPU.
 
 A stream is the state of `numpy.random.default_rng(seed)`, a permuted congruential generator: state
-s and increment c of 128 bits each, as words (s high, s low, c high, c low). It starts at the hash
-of the seed by NumPy's `SeedSequence`.
+s and increment c of 128 bits each, as words (s high, s low, c high, c low). NumPy's `SeedSequence`
+hashes the seed to the first state.
 
 Source: ONeill2014, PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for
 Random Number Generation; O'Neill 2015, Developing a seed_seq Alternative (the hash).
@@ -26,7 +26,7 @@ _64 = np.uint64(64)
 
 @kernel
 def start_stream(seed: np.uint64, out: Stream) -> None:
-    """Write the state of `default_rng(seed)`."""
+    """Write the state of `default_rng(seed)` to `out`."""
     constant = _START_A
     for k in range(4):
         word = seed & _LOW if k == 0 else seed >> _S32 if k == 1 else seed ^ seed
@@ -47,7 +47,7 @@ def start_stream(seed: np.uint64, out: Stream) -> None:
 
 @kernel
 def draw_seed(stream: Stream) -> np.uint64:
-    """The next of `integers(2**63)` of a generator: its next 64 bits without the last.
+    """Draw the next `integers(2**63)` of the generator: its next 64 bits without the last.
 
         s' = s a + c,    x = rotate(s' high ^ s' low, s' >> 122)
 
@@ -87,7 +87,7 @@ def _product(
 
 @kernel
 def _hashed(word: np.uint64, constant: np.uint64, factor: np.uint64) -> tuple[np.uint64, np.uint64]:
-    """A word of 32 bits scrambled by a constant, and the next constant."""
+    """Scramble a 32-bit word by a constant; returns it and the next constant."""
     following = constant * factor & _LOW
     scrambled = (word ^ constant) * following & _LOW
     return scrambled ^ scrambled >> _S16, following
@@ -97,7 +97,7 @@ def _hashed(word: np.uint64, constant: np.uint64, factor: np.uint64) -> tuple[np
 def _joined(
     first: np.uint64, second: np.uint64, constant: np.uint64
 ) -> tuple[np.uint64, np.uint64]:
-    """64 bits of the hash, from two of its words, and the next constant."""
+    """Return 64 bits of the hash from two of its words, and the next constant."""
     low, constant = _hashed(first, constant, _FACTOR_B)
     high, constant = _hashed(second, constant, _FACTOR_B)
     return high << _S32 | low, constant
@@ -105,6 +105,6 @@ def _joined(
 
 @kernel
 def _mixed(a: np.uint64, b: np.uint64) -> np.uint64:
-    """Two words of 32 bits as one."""
+    """Mix two 32-bit words into one."""
     both = a * _MIX_LEFT - b * _MIX_RIGHT & _LOW
     return both ^ both >> _S16

@@ -1,4 +1,4 @@
-"""Infrared proximity: eight rays from the rim of the body, and the response to distance."""
+"""Infrared proximity sensors: eight rays from the rim of the body, and the distance response."""
 
 import math
 
@@ -15,18 +15,18 @@ Source: ARGoS3-epuck, ci_epuck_proximity_sensor.cpp.
 """
 
 SENSING_RANGE = 0.05
-"""Beyond this distance from the rim a sensor reads 0 [m]."""
+"""Distance from the rim beyond which a sensor reads 0 [m]."""
 
 _COS = 0.9563047559630354, 0.6427876096865394, 6.123233995736766e-17, -0.8660254037844387
 _SIN = 0.29237170472273677, 0.766044443118978, 1.0, 0.49999999999999994
 RAY_COS = np.array([*_COS, *reversed(_COS)])
 RAY_SIN = np.array([*(-each for each in _SIN), *reversed(_SIN)])
-"""Cosine and sine of these directions; NumPy's have other last bits on other machines."""
+"""Cosine and sine of PROXIMITY_ANGLES; the last bits of NumPy's differ between machines."""
 
 
 @kernel
 def response(d: float) -> float:
-    """What an infrared sensor reads at distance d from its rim [m], without noise.
+    """Return the noise-free reading of an infrared sensor at distance d from the rim [m].
 
         298.701 d^2 - 36.8961 d + 1.08212,  in [0, 1],  0 beyond 5 cm
 
@@ -39,9 +39,9 @@ def response(d: float) -> float:
 
 @kernel
 def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
-    """Distance [m] from the rim along sensor `ray` to a disc at (ahead, left), body frame [m].
+    """Return the distance along ray `ray` from the rim to a disc at (ahead, left), body frame [m].
 
-    Both bodies have this radius [m]; infinite if the ray misses.
+    `radius` is that of both bodies [m]. Infinite if the ray misses.
     """
     far = ray_to_round_end(ahead, left, float(RAY_COS[ray]), float(RAY_SIN[ray]), radius)
     return max(far - radius, 0.0)
@@ -51,10 +51,10 @@ def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
 def ray_to_walls(
     x: float, y: float, c: float, s: float, arena: Float64[Array, "2"], radius: float
 ) -> float:
-    """Distance [m] from the rim to the walls, along a direction of cosine c and sine s.
+    """Return the distance from the rim to the walls along a direction with cosine c and sine s [m].
 
-    (x, y) is the centre of the body [m], inside the arena [m], and the direction one of the world
-    frame. Infinite beyond the reach of a sensor.
+    (x, y) is the centre of the body, inside the arena; all in the world frame [m]. Infinite
+    beyond SENSING_RANGE.
     """
     far = radius + SENSING_RANGE
     to_x = 0.5 * arena[0] - (x if c > 0.0 else -x)

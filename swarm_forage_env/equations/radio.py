@@ -1,4 +1,4 @@
-"""The range-and-bearing radio: how often a message is lost, and how badly it is measured."""
+"""The range-and-bearing radio: loss of messages, and noise of the measured range."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from swarm_forage_env.equations.random_draws import Streams, normal, symmetric
 POWER_GAP = np.array([0.0, 0.02, 0.05, 0.10, 0.15, 0.30, 0.45, 0.60])
 POWER_MU = np.array([7.647, 7.597, 7.250, 7.085, 6.984, 6.917, 6.823, 6.829])
 POWER_SIGMA = np.array([0.357, 0.319, 0.193, 0.153, 0.109, 0.122, 0.153, 0.142])
-"""Received power of the real board is lognormal; mu and sigma by the gap between bodies [m].
+"""Parameters of the lognormal received power of the real board, by the gap between bodies [m].
 
 Source: ARGoS3-epuck, range-and-bearing noise of the real board.
 """
@@ -18,7 +18,7 @@ Source: ARGoS3-epuck, range-and-bearing noise of the real board.
 
 @kernel
 def loss(d: float, near: float, far: float, loss_near: float, loss_far: float) -> float:
-    """Probability that a message over distance d [m] is lost: linear from near to far.
+    """Return the loss probability of a message over distance d [m], linear from near to far.
 
     Source: TR, Section 6.1; ANTS, Section 4.1.
     """
@@ -28,7 +28,7 @@ def loss(d: float, near: float, far: float, loss_near: float, loss_far: float) -
 
 @kernel
 def mean_error(streams: Streams, column: int, frames: int, amplitude: float) -> float:
-    """Mean of the errors of some frames, each uniform in +- amplitude."""
+    """Draw the mean error of `frames` frames; the error of each is uniform in +- amplitude."""
     total = 0.0
     for _ in range(frames):
         total += symmetric(streams, column)
@@ -37,7 +37,7 @@ def mean_error(streams: Streams, column: int, frames: int, amplitude: float) -> 
 
 @kernel
 def interpolate(x: float, xs: Float64[Array, " points"], ys: Float64[Array, " points"]) -> float:
-    """The value at x >= xs[0] of the straight lines between points; the last one's beyond it."""
+    """Interpolate linearly between points at x >= xs[0]; constant beyond the last point."""
     last = xs.shape[0] - 1
     if x >= xs[last]:
         return float(ys[last])
@@ -50,7 +50,7 @@ def interpolate(x: float, xs: Float64[Array, " points"], ys: Float64[Array, " po
 
 @kernel
 def board_range(gap: float, streams: Streams, column: int) -> float:
-    """The gap [m] that one frame of the real board measures for a true gap [m].
+    """Draw the gap [m] that one frame of the real board measures for a true gap [m].
 
         power = exp(mu + sigma z),  100 gap = exp(9.06422 - 0.00565075 power)
 
@@ -66,7 +66,7 @@ def board_range(gap: float, streams: Streams, column: int) -> float:
 
 @kernel
 def mean_board_range(gap: float, streams: Streams, column: int, frames: int) -> float:
-    """Mean of the gaps [m] that some frames of the real board measure."""
+    """Draw the mean of the gaps that `frames` frames of the real board measure [m]."""
     total = 0.0
     for _ in range(frames):
         total += board_range(gap, streams, column)

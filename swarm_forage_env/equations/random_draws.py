@@ -1,8 +1,8 @@
-"""Random numbers inside kernels: one 64-bit stream per robot and cause.
+"""Random draws inside kernels: one 64-bit stream per robot and cause.
 
-A stream is one word of state. A robot has a few, one column for each cause, and draws by
-advancing that word; so what one robot draws never moves what another draws, nor what the same
-robot draws for another cause.
+The state of a stream is one word, which each draw advances. A robot has one stream (a column of
+`Streams`) for each cause. Draws of one robot for one cause change no draws of other robots or
+causes.
 
 Source: Steele2014, SplitMix64 (Fast splittable pseudorandom number generators, OOPSLA).
 """
@@ -16,7 +16,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos, log
 
 Streams = UInt64[Array, " columns"]
-"""Words of the streams of a robot: a column for each cause; or of one cause, for each robot."""
+"""Words of the streams of a robot, one column per cause; or of one cause, one per robot."""
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -28,7 +28,7 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 
 @kernel
 def mix(z: np.uint64) -> np.uint64:
-    """Scramble 64 bits, one to one.
+    """Scramble 64 bits by a bijection.
 
     Source: Steele2014, mix64, variant 13 of the MurmurHash3 finaliser.
     """
@@ -39,7 +39,7 @@ def mix(z: np.uint64) -> np.uint64:
 
 @kernel
 def unit(streams: Streams, column: int) -> float:
-    """One uniform draw in [0, 1) from the stream of a column: 53 bits.
+    """Draw uniformly from [0, 1), with 53 bits, from the stream of a column.
 
     Source: Steele2014, nextDouble.
     """
@@ -50,31 +50,31 @@ def unit(streams: Streams, column: int) -> float:
 
 @kernel
 def unit_of(word: np.uint64) -> float:
-    """The first uniform draw in [0, 1) of the stream that starts at this word."""
+    """Return the first uniform draw in [0, 1) of a stream that starts at this word."""
     return float(mix(word + GOLDEN) >> _S11) * 2.0**-53
 
 
 @kernel
 def symmetric(streams: Streams, column: int) -> float:
-    """One uniform draw in [-1, 1) from the stream of a column."""
+    """Draw uniformly from [-1, 1), from the stream of a column."""
     return 2.0 * unit(streams, column) - 1.0
 
 
 @kernel
 def below(streams: Streams, column: int, n: int) -> int:
-    """One whole number, uniform in 0 .. n - 1, from the stream of a column."""
+    """Draw an integer uniformly from 0 .. n - 1, from the stream of a column."""
     return int(unit(streams, column) * n)
 
 
 @kernel
 def exponential(streams: Streams, column: int, mean: float) -> float:
-    """One exponential draw with the given mean, by inversion."""
+    """Draw from the exponential distribution with this mean, by inversion."""
     return -mean * log(1.0 - unit(streams, column))
 
 
 @kernel
 def normal(streams: Streams, column: int) -> float:
-    """One standard normal draw.
+    """Draw from the standard normal distribution.
 
         z = sqrt(-2 ln u) cos(2 pi v)
 
@@ -86,7 +86,7 @@ def normal(streams: Streams, column: int) -> float:
 
 @kernel
 def first_word(seed: np.uint64, robot: int, cause: int) -> np.uint64:
-    """Where the stream of a cause starts: a hash of the world's seed, robot and cause."""
+    """Return the first word of a stream: a hash of the seed of the world, robot and cause."""
     word = mix(seed + GOLDEN)
     word = mix(word + np.uint64(robot + 1) * _ROBOT)
     return mix(word + np.uint64(cause + 1) * _CAUSE)
@@ -96,7 +96,7 @@ def first_word(seed: np.uint64, robot: int, cause: int) -> np.uint64:
 def seed_streams(
     worlds: UInt64[Array, " worlds"], n_robots: int, cause: int
 ) -> UInt64[Array, " rows"]:
-    """Fresh streams of one cause: robot r of world w starts at a hash of (seed, r, cause)."""
+    """Return new streams of one cause; robot r of world w starts at a hash of (seed, r, cause)."""
     streams = np.empty(worlds.shape[0] * n_robots, np.uint64)
     for w in range(worlds.shape[0]):
         for r in range(n_robots):

@@ -1,4 +1,4 @@
-"""Steering: from a direction and a velocity to a change of velocity."""
+"""Steering: accelerations for a desired direction."""
 
 import math
 
@@ -8,13 +8,13 @@ from swarm_forage_env.equations.elementary import cos_sin, hypot
 
 @kernel
 def drive_to_pull(strength: float, turn: float, sharpest_turn: float) -> tuple[float, float]:
-    """Acceleration ahead and to the left for a strength and a turn, as shares of the highest.
+    """Return the acceleration (ahead, left) for a strength and a turn, as shares of the maximum.
 
         m = (strength + 1) / 2,  phi = pi s turn
         (m cos phi, m sin phi)
 
-    strength and turn in [-1, 1]: -1 goes straight on at the same speed, 1 turns left; s =
-    sharpest_turn is the sharpest turn, as a share of half a turn.
+    strength in [-1, 1]: -1 keeps the velocity. turn in [-1, 1]: 1 turns left. s = sharpest_turn:
+    sharpest turn, as a share of half a turn.
 
     >>> drive_to_pull(1.0, 0.0, 0.3)
     (1.0, 0.0)
@@ -26,7 +26,7 @@ def drive_to_pull(strength: float, turn: float, sharpest_turn: float) -> tuple[f
 
 @kernel
 def seek(x: float, y: float, vx: float, vy: float, speed: float) -> tuple[float, float]:
-    """The unit vector that turns a velocity towards a direction; zeros for no direction.
+    """Return the unit acceleration that turns a velocity towards a direction; zeros if d is zero.
 
         u(v_max u(d) - v),  u(z) = z / |z|
 
