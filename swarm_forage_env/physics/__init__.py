@@ -1,4 +1,4 @@
-"""Engines that move the robots, behind one protocol."""
+"""Physics engines, which move the robots, with a common interface."""
 
 from swarm_forage_env.physics.base import ENGINES, Physics
 from swarm_forage_env.registry import load_folder

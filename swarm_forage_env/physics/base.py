@@ -1,4 +1,4 @@
-"""Engines: what moves the robots of the foraging world."""
+"""Interface and registry of the physics engines."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -11,35 +11,35 @@ from swarm_forage_env.ticks import nothing
 
 
 class Physics:
-    """Moves the robots of a block of worlds for one tick, before they are scored and sense.
+    """Engine that moves the robots of a block of worlds in each tick, before scoring and sensing.
 
-    This one leaves that to the tick, which drives every robot as its wheels turn where an engine
-    leaves `has_moved` of a world alone. An engine with a method `move(robots, worlds, near,
-    obstacles, first, last)` is in Python, and moves the robots of the worlds first .. last - 1 by
-    one tick: `near` holds the neighbours before it, `obstacles` the capsules of each world. Robots
-    may end up overlapping by a few millimetres: the tick resolves contacts afterwards.
+    This base class moves no robots: the tick integrates the wheels in every world whose `has_moved`
+    the engine has not set. An engine written in Python has a method `move(robots, worlds, near,
+    obstacles, first, last)`, which moves the robots of worlds first .. last - 1 by one tick: `near`
+    holds the neighbours before the tick, `obstacles` the capsules of each world. Robots may then
+    overlap by a few millimetres: the tick resolves contacts afterwards.
     """
 
     arrays: tuple[Array, ...] = ()
-    """Arrays of its own, which follow those of the world."""
+    """Arrays of the engine, appended to those of the world."""
 
     def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
-        """Of worlds of these scenarios."""
+        """Create the engine for one world per scenario."""
 
     @property
     def move_world(self) -> Kernel:
-        """Moves the robots of a world; of the world's arrays, which world, and how many robots."""
+        """Kernel that moves the robots of a world: (world arrays, index of the world, n_robots)."""
         return nothing
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
-        """Forget one world's past; its scenario is this one from now on."""
+        """Clear the memory of one world and set its scenario."""
 
     def snapshot(self) -> object:
-        """All that it remembers of the past, picklable."""
+        """Return the memory of the engine as a picklable object."""
 
     def restore(self, kept: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above
-        """Go on as when that snapshot was taken, under these scenarios."""
+        """Restore a snapshot, with these scenarios."""
 
 
 ENGINES: Registry[Callable[[Sequence[EpuckScenario]], Physics]] = Registry("physics engine")
-"""Engines by name; each is made from the scenario of every world of a block."""
+"""Engines by name; each takes the scenarios of the worlds of a block."""

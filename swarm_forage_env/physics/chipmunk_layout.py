@@ -1,7 +1,7 @@
-"""How Chipmunk, the library below pymunk, lays out a space in memory.
+"""Memory layout of a space in Chipmunk, the C library that pymunk wraps.
 
-From chipmunk_private.h and cpBBTree.c of Chipmunk 7 and of Munk2D, its successor in pymunk 7. What
-nothing here reads is named all the same, for its size.
+From chipmunk_private.h and cpBBTree.c of Chipmunk 7 and of Munk2D, its successor in pymunk 7.
+Fields that are never read are declared for their size.
 """
 
 from cffi import FFI

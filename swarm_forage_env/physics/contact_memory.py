@@ -1,8 +1,8 @@
-"""What a pymunk space remembers of its contacts: read from one space, written to a new one.
+"""Snapshot of the contact state of a pymunk space.
 
 pymunk's own copy of a space loses the order in which contacts are solved, which follows from the
-tree in which Chipmunk looks for bodies that may touch. No function of pymunk tells it, so it is
-read and written where it lies: `chipmunk_layout` says how, and `_trees` checks that it is so.
+tree in which Chipmunk finds bodies that may touch. pymunk has no function for this tree, so it is
+read from and written to memory directly: `chipmunk_layout` declares the layout, `_trees` checks it.
 """
 
 from collections.abc import Iterator
@@ -19,39 +19,39 @@ from swarm_forage_env.physics.chipmunk_layout import LAYOUT
 from swarm_forage_env.physics.pymunk_buffers import address_of
 
 INNER = -1
-"""Marks a node that has no shape, but two nodes below it."""
+"""Index of an inner node of the tree: it has two children and no shape."""
 
 FIRST_TOUCH, TOUCHING = 0, 1
-"""States of a contact; the space goes from the first to the second when its next step begins."""
+"""States of a contact; FIRST_TOUCH becomes TOUCHING at the start of the next step."""
 
 
 @dataclass(frozen=True)
 class ContactMemory:
-    """All of a space that its next step depends on, but for the bodies' poses and velocities.
+    """State on which the next step of a space depends, except poses and velocities of bodies.
 
-    Shapes are identified by number: those of the robots first, then the walls.
+    Shapes are identified by index: first those of the robots, then the walls.
     """
 
     stamps: tuple[int, int]
-    """Steps of the space, and of its tree."""
+    """Step counters of the space and of its tree."""
     last_step: float
     """Length of the last step [s]."""
     pushes: Float64[Array, "bodies 3"]
-    """Velocities [m/s, m/s, rad/s] that the next step adds to each body's own, to part overlaps."""
+    """Velocities that the next step adds to each body to remove overlaps [m/s, m/s, rad/s]."""
     order: tuple[int, ...]
-    """The tree from the root down: the shape of each leaf, INNER for each node above them."""
+    """Nodes of the tree in depth-first order: index of the shape of a leaf, INNER elsewhere."""
     boxes: Float64[Array, "nodes 4"]
-    """The box of each of these nodes [m]."""
+    """Bounding box of each node [m]."""
     pairs: tuple[tuple[int, int, int], ...]
-    """Leaves whose boxes overlap: two shapes, and the number that Chipmunk keeps with them."""
+    """Pairs of leaves with overlapping boxes: indices of the two shapes, and Chipmunk's id."""
     lists: tuple[tuple[int, ...], ...]
-    """For each shape its pairs, in the order in which they are looked at."""
+    """Indices of the pairs of each shape, in Chipmunk's order."""
     contacts: tuple[tuple[int, int, int, int, bytes], ...]
-    """Two shapes, the step in which they last touched, its state, its points with impulses."""
+    """Contacts: two shapes, step of the last touch, state, and contact points with impulses."""
 
 
 def remembered(space: pymunk.Space) -> ContactMemory:
-    """What a space remembers; it goes on as if nobody had looked."""
+    """Return the contact state of a space, which stays unchanged."""
     tree, walls = _trees(space)
     nodes, leaves = list(_walk(tree.root)), _leaves(space, tree, walls)
     number = {shape: k for k, shape in enumerate(_shapes(space))}
@@ -70,7 +70,7 @@ def remembered(space: pymunk.Space) -> ContactMemory:
 
 
 def recall(space: pymunk.Space, memory: ContactMemory) -> None:
-    """Let a space that is new, with the same shapes, go on as the one remembered."""
+    """Write a contact state to a new space with the same shapes."""
     tree, walls = _trees(space)
     leaves = _leaves(space, tree, walls)
     for body, push in zip(_bodies(space), memory.pushes.tolist(), strict=True):
@@ -81,19 +81,19 @@ def recall(space: pymunk.Space, memory: ContactMemory) -> None:
     lib.cpSpaceSetTimestamp(space._space, stamp)
     lib.cpSpaceSetCurrentTimeStep(space._space, memory.last_step)
     contacts = [_add_contact(space, *each) for each in memory.contacts]
-    # to the list of bodies that touch all contacts were added, of those that had parted too
+    # the calls also listed contacts that had ended as touching: clear the list
     _at("Space", space._space).n_touching[0] = 0
-    # Chipmunk looks at both once more when it frees the space, which is an older attribute
+    # Chipmunk reads both again when `_space` is freed: an older attribute, freed before this one
     space._recalled = pairs, contacts  # type: ignore[attr-defined]
 
 
 def _at(kind: str, pointer: object) -> Any:  # noqa: ANN401 of this kind
-    """What pymunk points to, as it is laid out."""
+    """Cast a pointer of pymunk to a type of LAYOUT."""
     return LAYOUT.cast(f"{kind} *", address_of(pointer))
 
 
 def _trees(space: pymunk.Space) -> tuple[Any, Any]:
-    """The trees of robots and of walls; ConfigError if they do not lie where they are known to."""
+    """Return the trees of robots and walls; ConfigError if the memory layout is unknown."""
     at = _at("Space", space._space)
     there = at.collision_slop, at.stamp, at.last_step, at.n_shapes_ever
     told = (
@@ -145,7 +145,7 @@ def _thread_of(pair: Any, leaf: Any) -> Any:  # noqa: ANN401 as laid out
 
 
 def _grow(tree: Any, memory: ContactMemory, leaves: list[Any]) -> None:  # noqa: ANN401 as laid out
-    """Give a tree the shape and the boxes that are remembered, out of the nodes that it has."""
+    """Rebuild the remembered tree and its boxes from the nodes of a tree."""
     spare = [node for node in _walk(tree.root) if not node.shape]
     parents: list[Any] = []
     for number, box in zip(memory.order, memory.boxes.tolist(), strict=True):
@@ -166,7 +166,7 @@ def _grow(tree: Any, memory: ContactMemory, leaves: list[Any]) -> None:  # noqa:
 
 
 def _link(memory: ContactMemory, leaves: list[Any]) -> object:
-    """Link the pairs to their leaves; the memory that they lie in."""
+    """Link the pairs to their leaves; returns the memory of the pairs."""
     pairs = LAYOUT.new("Pair[]", len(memory.pairs))
     for pair, (a, b, number) in zip(pairs, memory.pairs, strict=True):
         pair.a.leaf, pair.b.leaf, pair.id = leaves[a], leaves[b], number
@@ -191,7 +191,7 @@ def _contact(arbiter: Any, number: dict[Any, int]) -> tuple[int, int, int, int, 
 def _add_contact(
     space: pymunk.Space, a: int, b: int, stamp: int, state: int, points: bytes
 ) -> object:
-    """Let a space know a contact; the memory that it lies in."""
+    """Add a contact to a space; returns the memory of the contact."""
     shapes = list(space.shapes)
     arbiter = ffi.new("struct cpArbiter *")
     count = len(points) // ffi.sizeof("struct cpContact")

@@ -1,7 +1,7 @@
 """The engine `kinematic`: wheels integrated exactly, no forces.
 
-In a contact robots keep turning their wheels and are moved apart along the line between their
-centres; they do not push, slide or turn each other.
+Robots in contact keep driving and are moved apart along the line between their centres; they do
+not push, slide or turn each other.
 """
 
 from swarm_forage_env.physics.base import ENGINES, Physics
@@ -9,4 +9,4 @@ from swarm_forage_env.physics.base import ENGINES, Physics
 
 @ENGINES.register("kinematic")
 class Kinematic(Physics):
-    """Robots go where their wheels take them, without forces; where two overlap, they part."""
+    """Wheels are integrated exactly, without forces; overlapping robots are separated."""

@@ -1,7 +1,7 @@
-"""Moves the robots of a world by Chipmunk, the library below pymunk, without Python in between.
+"""Kernels that move robots with Chipmunk, the C library that pymunk wraps, without Python.
 
-Compiled functions call those of Chipmunk that take addresses and numbers: how a vector is handed
-over differs from platform to platform. Bodies are read and written as in `pymunk.batch`.
+They call only Chipmunk functions with addresses and scalars as arguments: the calling convention
+of vectors depends on the platform. Bodies are read and written as in `pymunk.batch`.
 """
 
 import ctypes
@@ -28,11 +28,11 @@ from swarm_forage_env.record import Record, field
 from swarm_forage_env.ticks import Arrays
 
 PLAIN: Mapping[Number, type[Any]] = {intp: ctypes.c_size_t, float64: ctypes.c_double}
-"""Types of arguments with the compiler switched off."""
+"""Types of arguments if numba is disabled."""
 
 
 def address_of(pointer: object) -> int:
-    """Where what pymunk points to lies."""
+    """Return the address in a pointer of pymunk."""
     return int(ffi.cast("uintptr_t", pointer))
 
 
@@ -45,10 +45,10 @@ def _function(name: str, *arguments: Number) -> Callable[..., None]:
 
 
 step_space = _function("cpSpaceStep", intp, float64)
-"""Move the bodies of a space (its address) by a time [s]."""
+"""Advance the space at an address by a time [s]."""
 
 each_body = _function("cpSpaceEachBody", intp, intp, intp)
-"""Call a function (its address) with each body of a space, and with an argument (its address)."""
+"""Call a function for each body of a space; arguments: addresses of space, function, its data."""
 
 
 SUBSTEPS = 2
@@ -61,11 +61,11 @@ _FLOATS = np.dtype(
         "itemsize": ffi.sizeof("pmFloatArray"),
     }
 )
-"""Pymunk's list of numbers: how many there are, for how many there is room, and where they lie."""
+"""Pymunk's list of floats: length, capacity and address of the values."""
 
 
 class SpaceMemory(Record):
-    """A space of pymunk as compiled functions find it, and the buffers of its bodies."""
+    """Record of a pymunk space for kernels: its addresses, and the buffers of its bodies."""
 
     at: int = field(np.intp)
     """Address of the space."""
@@ -74,28 +74,28 @@ class SpaceMemory(Record):
     reader: int = field(np.intp)
     """Address of the function that reads a body."""
     to_write: int = field(np.intp)
-    """Address of the argument of `writer`: which fields, from which list."""
+    """Address of the argument of `writer`: the fields and the list that holds their values."""
     to_read: int = field(np.intp)
     """Address of the argument of `reader`."""
     writing: Any = field(_FLOATS)
-    """The list whose numbers are `written`."""
+    """Pymunk's list with the values of `written`."""
     reading: Any = field(_FLOATS)
-    """The list whose numbers are `read`."""
+    """Pymunk's list with the values of `read`."""
     written: Float64[Array, "bodies 6"] = field(np.float64, "bodies", 6)
-    """Of each body x, y, angle, vx, vy and spin; the walls' comes last."""
+    """x, y, angle, vx, vy and spin of each body; the static body of the walls is last."""
     read: Float64[Array, "rows 3"] = field(np.float64, "rows", 3)
-    """Of each body x, y and angle; more rows than bodies, as pymunk moves a list that is full."""
+    """x, y and angle of each body; has spare rows, since pymunk reallocates a full list."""
 
 
 @kernel
 def path_of(robot: EpuckState, dt: float) -> float:
-    """How far the centre of a robot goes in dt [s] at its wheel speeds [m]."""
+    """Return the path of the centre of a robot in dt [s] at its wheel speeds [m]."""
     return float(0.5 * abs(robot.wheels[0] + robot.wheels[1]) * dt)
 
 
 @kernel
 def may_touch(swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules) -> bool:
-    """A body of the world can reach another, a wall or an obstacle within the tick.
+    """Return whether any robot can reach another robot, a wall or an obstacle within the tick.
 
     `near` lists the neighbours before the tick.
     """
@@ -115,7 +115,7 @@ def may_touch(swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles:
 
 @kernel
 def write_bodies(swarm: Array, world: EpuckWorldState, space: SpaceMemory) -> None:
-    """Give the bodies of a space the poses of the robots, and velocities along their chords."""
+    """Write poses and velocities of the robots to the bodies; a velocity follows the chord."""
     for i in range(swarm.shape[0]):
         robot, body = swarm[i], space.written[i]
         speed, spin = wheels_to_arc(robot.wheels[0], robot.wheels[1], world.axle)
@@ -128,7 +128,7 @@ def write_bodies(swarm: Array, world: EpuckWorldState, space: SpaceMemory) -> No
 
 @kernel
 def read_bodies(swarm: Array, space: SpaceMemory) -> None:
-    """Give the robots the poses of the bodies of a space."""
+    """Read the poses of the bodies of a space into the robots."""
     space.reading.num = 0
     each_body(space.at, space.reader, space.to_read)
     for i in range(swarm.shape[0]):
@@ -139,7 +139,7 @@ def read_bodies(swarm: Array, space: SpaceMemory) -> None:
 
 @kernel
 def move_world(world_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Turn the wheels; where bodies may touch in this tick, let Chipmunk move the robots."""
+    """Set the wheel speeds; move the robots with Chipmunk if bodies may touch in this tick."""
     robots, worlds, near, _, obstacles, _, _, spaces = world_arrays
     swarm, world, space = robots[w], worlds[w], spaces[w]
     for i in range(n_robots):

@@ -1,4 +1,4 @@
-"""The engine `rigid`: discs that push, slide and turn each other in a contact, by pymunk."""
+"""The engine `rigid`: pymunk discs that push, slide along and turn each other in contacts."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -18,7 +18,7 @@ from swarm_forage_env.physics.pymunk_buffers import SpaceMemory, address_of, mov
 MASS = 0.15
 """Mass of an e-puck [kg]. GCtronic e-puck specification."""
 FRICTION = 0.2
-"""Between bodies, and between a body and a wall (chosen)."""
+"""Friction coefficient of bodies, walls and obstacles (chosen)."""
 
 WRITTEN = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 READ = BodyFields.POSITION | BodyFields.ANGLE
@@ -26,14 +26,14 @@ READ = BodyFields.POSITION | BodyFields.ANGLE
 
 @ENGINES.register("rigid")
 class Rigid(Physics):
-    """Bodies push, slide and turn each other where they touch, by pymunk, one space a world.
+    """Robots in contact push, slide and turn each other; one pymunk space per world.
 
-    In a tick in which no body of a world can reach another, a wall or an obstacle, its space would
-    only carry each robot along its chord; that is left to the tick.
+    If no robot of a world can reach another, a wall or an obstacle in a tick, the space is not
+    stepped: the tick moves each robot along its chord, as the space would.
     """
 
     def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
-        n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
+        n_bodies = scenarios[0].task.n_robots + 1  # the last one is the static body of the walls
         self._memory = SpaceMemory.array((len(scenarios),), bodies=n_bodies, rows=2 * n_bodies + 8)
         self.arrays = (self._memory,)
         self._arguments = [_connected(self._memory[w : w + 1]) for w in range(len(scenarios))]
@@ -43,33 +43,33 @@ class Rigid(Physics):
 
     @property
     def move_world(self) -> Kernel:
-        """Moves the robots of a world in which bodies may touch."""
+        """Kernel that moves the robots of a world where bodies may touch."""
         return move_world
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
-        """Start from a new space: the old one keeps the impulses of its last contacts."""
+        """Replace the space of a world: the old one keeps the impulses of its last contacts."""
         self._spaces[world] = space_of(scenario)
         self._memory["at"][world] = address_of(self._spaces[world]._space)
 
     def snapshot(self) -> list[ContactMemory]:
-        """What the space of each world remembers."""
+        """Return the contact state of the space of each world."""
         return [remembered(space) for space in self._spaces.values()]
 
     def restore(self, kept: Sequence[ContactMemory], scenarios: Sequence[EpuckScenario]) -> None:
-        """Go on in new spaces that remember the same."""
+        """Replace the spaces by new ones with these contact states."""
         for world, (memory, scenario) in enumerate(zip(kept, scenarios, strict=True)):
             self.reset(world, scenario)
             recall(self._spaces[world], memory)
 
 
 def space_of(scenario: EpuckScenario) -> pymunk.Space:
-    """A space with the robots of one world, in order, its four walls and its obstacles."""
+    """Return a space with the robots of a world, in order, its four walls and its obstacles."""
     space = pymunk.Space()
     space.collision_slop = 1e-4
     radius = scenario.robot.radius
     for i in range(scenario.task.n_robots):
         body = pymunk.Body(MASS, pymunk.moment_for_circle(MASS, 0.0, radius))
-        body.position = 4.0 * radius * i, 0.0  # in one place, each would pair with each
+        body.position = 4.0 * radius * i, 0.0  # at one point all would pair with all
         shape = pymunk.Circle(body, radius)
         shape.friction = FRICTION
         space.add(body, shape)
