@@ -1,1 +1,1 @@
-"""Robots that visit waypoints, with home as their only landmark (BOIDS)."""
+"""The waypoints task: robots visit goals, with home as their only landmark (BOIDS)."""

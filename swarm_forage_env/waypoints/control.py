@@ -1,6 +1,6 @@
-"""The control of robots that visit waypoints, as `foraging.control` has it.
+"""Control of robots that visit waypoints; the counterpart of `foraging.control`.
 
-The estimator is that of the whole swarm, as robots correct their estimates jointly.
+All robots share one estimator, since they correct their estimates jointly.
 """
 
 import math
@@ -21,13 +21,13 @@ merge: Kernel
 
 
 Mind = Any
-"""What the chosen estimator keeps of a robot: a record with a situation, an exchange and a belief,
-whose `pose` is where the robot believes it is [m, m, rad]."""
+"""Record of the chosen estimator for one robot, with the fields `situation`, `exchange` and
+`belief`; `belief.pose` is the estimated pose [m, m, rad]."""
 
 
 @row_template
 def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Update what the robots of a world believe, and describe what was seen."""
+    """Update the beliefs of the robots of a world, then the inputs of their other layers."""
     swarm, sightings = world_arrays[0][w], world_arrays[1][w]
     minds, shared, settings = layer_arrays[0][w], layer_arrays[2][w], layer_arrays[3][w]
     last = settings.shape[0] - 1
@@ -40,7 +40,7 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 @row_template
 def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> bool:
-    """Steer a robot, claim, and weigh what it saw; are all its numbers finite?"""
+    """Write the command and the weight of a robot; returns whether both are finite."""
     situation, exchange, action = mind.situation, mind.exchange, robot.action
     acceleration = robot.command.acceleration
     if action.motion == KEEP:
@@ -62,11 +62,11 @@ def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> boo
 def decide_world(
     world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Steer, claim, and correct the estimates of all robots of a world.
+    """Write the commands of the robots of a world, and correct their estimates jointly.
 
-    Accelerations are decided before the merge: both layers use one observation. Of
-    robots that differ in their layers those that are decided last bring about the merge of all.
-    A robot whose acceleration or weight is not finite is noted.
+    Accelerations are decided before the merge, so that both layers use the same observation. If
+    robots have different layers, the merge follows the decisions of the last ones. Accelerations
+    and weights that are not finite are reported in `trouble`.
     """
     robots, sightings = world_arrays[0], world_arrays[1]
     minds, memories, shared, settings = layer_arrays

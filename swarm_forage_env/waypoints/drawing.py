@@ -1,4 +1,4 @@
-"""What is drawn of a waypoints world: its stage, and a scene for each tick."""
+"""Drawing of a waypoints world: its stage, and a scene for each tick."""
 
 import numpy as np
 
@@ -10,17 +10,17 @@ from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
 MARGIN = 1.0
-"""Floor shown around the square in which goals lie [m]: there are no walls."""
+"""Floor drawn around the square of goals [m]; there are no walls."""
 
 BODY_RADIUS = 0.17
-"""Of an iRobot Create [m]; the world has no contacts, so that no scenario has it."""
+"""Radius of an iRobot Create [m]; no scenario sets it, since there are no contacts."""
 
 SEEING = {scene.EXPLORING: "sees nobody", scene.TALKING: "sees others"}
-"""What robots are doing: those that see each other exchange what they believe."""
+"""Names of the states of robots; robots that see each other exchange their beliefs."""
 
 
 def stage_of(scenario: WaypointsScenario, controller: str) -> scene.Stage:
-    """The stage of a scenario, moved by what is named so."""
+    """Return the stage of a scenario, labelled with the name of its controller."""
     task = scenario.task
     side = task.side + 2.0 * MARGIN
     return scene.Stage(
@@ -44,7 +44,7 @@ def stage_of(scenario: WaypointsScenario, controller: str) -> scene.Stage:
 
 
 def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> scene.Scene:
-    """One world of a block as it stands; without estimates where no estimator keeps any."""
+    """Return the current scene of one world; without estimates if there are no estimators."""
     robots, n = world.robots[which].view(np.recarray), world.n_robots
     pose, seen = robots.pose.copy(), world.sightings["seen"][which]
     believed, ellipse = pose[:, :2].copy(), np.zeros((n, 3))
@@ -64,9 +64,9 @@ def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> scene.Scene
 
 
 def ellipses(covariance: Float64[Array, "robots 2 2"]) -> Float64[Array, "robots 3"]:
-    """Standard deviations along the long and short axis [m], direction of the long [rad].
+    """Return the standard deviations along both axes [m], longer first, and its angle [rad].
 
-    The covariances are of a position [m^2].
+    The covariances are those of positions [m^2].
     """
     xx, xy, yy = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
     mean, half = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)

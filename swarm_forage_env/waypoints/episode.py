@@ -1,4 +1,4 @@
-"""The episode of robots that visit waypoints: what it came to, and how that is measured."""
+"""The results of a waypoints episode, and the meter that measures them."""
 
 from dataclasses import dataclass
 
@@ -10,27 +10,27 @@ from swarm_forage_env.raw_control import has_estimators
 
 @dataclass(frozen=True)
 class WaypointEpisode(EpisodeHeader):
-    """The results of one waypoint episode."""
+    """The results of one waypoints episode."""
 
     covariance_norm: float | None
-    """Spectral norm of the covariance, mean over robots and time; like both errors None where
-    policies are everything, so that no robot has an estimate."""
+    """Spectral norm of the covariance, mean over robots and time. Like both errors, None if there
+    are no estimators, since a policy replaces the whole controller."""
     position_error_m: float | None
     """Distance between estimated and true position, mean over robots and time [m]."""
     largest_error_m: float | None
-    """The same, of the worst robot at the worst time [m]."""
+    """Largest position error of any robot at any time [m]."""
     goals_per_robot: float
-    """Goals claimed and truly reached."""
+    """Goals claimed and reached, per robot."""
     false_goals_per_robot: float
-    """Goals claimed and not reached."""
+    """Goals claimed but not reached, per robot."""
     success_rate: float | None
-    """Share of the claims that were right [0 to 1]; None if there were none."""
+    """Share of correct claims [0 to 1]; None without claims."""
     wall_s: float
-    """Computing time: an equal share of that of the block the episode ran in [s]."""
+    """Computing time of the block, divided by its number of episodes [s]."""
 
 
 class WaypointMeter:
-    """Covariance norms, position errors and claims of the worlds of a loop that is about to start.
+    """Meter of covariance norms, position errors and claims in the worlds of a loop.
 
     Source: BOIDS, Section 5, for the metric.
     """
@@ -41,11 +41,11 @@ class WaypointMeter:
         self._norms, self._errors, self._largest = np.zeros((3, loop.world.n_worlds))
 
     def next_sample(self, tick: int) -> int:
-        """Every tick is measured."""
+        """Return the next tick: every tick is measured."""
         return tick + 1
 
     def sample(self, tick: int) -> None:
-        """Compare what is believed now with what is true."""
+        """Add the current covariance norms and position errors."""
         if self._has_estimators:
             estimator = self._loop.controller.minds["estimator"]
             away = estimator["belief"]["pose"] - self._loop.world.robots["pose"]
@@ -55,10 +55,10 @@ class WaypointMeter:
             np.maximum(self._largest, error.max(axis=1), out=self._largest)
 
     def results(self) -> list[dict[str, object]]:
-        """The metrics of each world, the claims of the last tick included.
+        """Return the metrics of each world, including the claims of the last tick.
 
-        An estimator claims after a tick what is judged in the next; a policy of everything claims
-        just before the tick that judges it.
+        The claims of an estimator are judged in the next tick; those of a policy that replaces the
+        whole controller are made just before the tick that judges them.
         """
         world, n = self._loop.world, self._loop.world.n_robots
         if self._has_estimators:
@@ -79,7 +79,7 @@ class WaypointMeter:
 
 
 ERRORS = ("covariance_norm", "position_error_m", "largest_error_m")
-"""Metrics of what robots believe; None where they have no estimate."""
+"""Metrics of the estimates; None without estimators."""
 
 WAYPOINT_EPISODE = EpisodeKind(
     WaypointEpisode,

@@ -1,4 +1,4 @@
-"""What is reported of a waypoints world: global state for critics, logs, and trajectories."""
+"""Global state of a waypoints world for critics and logs, and its trajectories."""
 
 import math
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from swarm_forage_env.waypoints.world import WaypointsWorld
 def log_claims(
     robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
-    """Write the claims of a robot so far, right and wrong."""
+    """Write the numbers of right and wrong claims of a robot so far."""
     row[0], row[1] = robot.right, robot.wrong
 
 
@@ -27,18 +27,18 @@ def log_claims(
 def log_beliefs(
     robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
-    """Write the claims of a robot, and how far it is from where it believes to be [m]."""
+    """Write the numbers of right and wrong claims of a robot, and its position error [m]."""
     log_claims(robot, mind, world, row)
     believed = mind.belief.pose
     row[2] = math.hypot(believed[0] - robot.pose[0], believed[1] - robot.pose[1])
 
 
 class WaypointsState(GlobalState):
-    """What is true in a block of worlds, flat: each robot, then the time.
+    """The true state of each world of a block, as a flat vector: all robots, then the time.
 
-    Of each robot: pose, goal, and where it believes to be; zeros for the belief where no
-    hand-written estimator runs. Logged are claims right and wrong so far, and how far the belief
-    is off.
+    The features of a robot are its pose, its goal and its estimated position; the estimate is zero
+    if no hand-written estimator runs. The logs hold right and wrong claims so far, and the
+    position error.
     """
 
     infos = ("goals", "false_goals", "position_error_m")
@@ -46,7 +46,7 @@ class WaypointsState(GlobalState):
     counts = frozenset({"goals", "false_goals"})
 
     def robot_features(self) -> list[Feature]:
-        """Pose, goal and believed place of one robot."""
+        """Return the features of one robot: pose, goal and estimated position."""
         x, y, *others = (
             Feature(f"{what}.{axis}", "m", -math.inf, math.inf, scale=PLACE_SCALE)
             for what in ("pose", "goal", "believed")
@@ -56,7 +56,7 @@ class WaypointsState(GlobalState):
         return [x, y, *heading, *others]
 
     def of_robots(self) -> list[Array]:
-        """The same numbers of all robots."""
+        """Return the arrays with these features of all robots."""
         robots = self._world.robots
         theta, believed = robots["pose"][:, :, 2], np.zeros_like(robots["goal"])
         if self._has_beliefs:
@@ -66,7 +66,7 @@ class WaypointsState(GlobalState):
 
 
 def take(world: WaypointsWorld, minds: Array) -> Mapping[str, Array]:
-    """The columns of every robot as it stands."""
+    """Return the current trajectory columns of every robot."""
     robots = world.robots
     believed, norm = np.full((*robots.shape, 3), np.nan), np.full(robots.shape, np.nan)
     if has_estimators(minds):

@@ -1,7 +1,7 @@
 """The world of adaptive boids (Smith et al. 2021): waypoints-05, -10, -25, -50, each twice.
 
-`waypoints-25` is what the paper states, and `waypoints-25-authors` what its figures were made
-with: another gyro, another bearing noise, another tolerance.
+`waypoints-25` has the parameters stated in the paper; `waypoints-25-authors` has those behind its
+figures: another gyro, another bearing noise, another tolerance.
 """
 
 import math
@@ -10,16 +10,16 @@ from swarm_forage_env.registry import ORIGINS, SCENARIOS
 from swarm_forage_env.waypoints.scenario import WaypointSensors, WaypointsScenario, WaypointTask
 
 N_ROBOTS = (5, 10, 25, 50)
-"""Group sizes: 0.05, 0.1, 0.25 and 0.5 robots in a square metre (published)."""
+"""Swarm sizes: 0.05, 0.1, 0.25 and 0.5 robots per square metre (published)."""
 
 AUTHORS_SENSORS = WaypointSensors(turn_noise=0.01, turn_bias=0.001, bearing_noise=math.radians(1.0))
-"""A better gyro than Table 2 says, and a bearing noise of one degree (code)."""
+"""Sensors with a better gyro than in Table 2, and a bearing noise of one degree (code)."""
 
 AUTHORS_TOLERANCE = 0.15
-"""Of all runs behind the figures but three: adaptive gains with 50 robots had 0.2 m (code)."""
+"""Tolerance in all runs behind the figures but three: adaptive gains, 50 robots, 0.2 m (code)."""
 
 AUTHORS_EXTRA_TICKS = 2
-"""Averages over time are sums over 200 ticks, divided by 202 (code)."""
+"""Extra ticks of the averages over time: sums over 200 ticks are divided by 202 (code)."""
 
 for size in N_ROBOTS:
     stated = WaypointsScenario(name=f"waypoints-{size:02d}", task=WaypointTask(n_robots=size))

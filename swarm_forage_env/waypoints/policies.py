@@ -1,4 +1,4 @@
-"""Policies in the waypoints world: what each `learn=` observes, gives and replaces."""
+"""Policies in the waypoints world: observations, actions and replaced layers of each `learn=`."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -56,7 +56,7 @@ _WEIGHT, _PULL = (paths("", "robots.action", Action, name) for name in ("weight"
 
 
 def robots(scenario: WaypointsScenario) -> Mapping[str, int]:
-    """How many robots may be seen in a scenario."""
+    """Return the size of the axis `robots` in a scenario: the number of robots."""
     return {"robots": scenario.task.n_robots}
 
 
@@ -76,14 +76,14 @@ STEERINGS = {
         choices=((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (-1.0, 0.0)),
     ),
 }
-"""How a policy can steer, by the name that `action` takes; the first is the usual one."""
+"""Forms of steering, by the value of `action`; the first is the default."""
 
 N_SYMBOLS = 2
-"""Messages among which a discrete action of everything chooses, beside silence."""
+"""Number of messages besides silence in the discrete actions of `learn=everything`."""
 
 
 def symbols() -> Float32[Array, "choices numbers"]:
-    """What a robot can say in a discrete action: a claim or none, and no word or one alone."""
+    """Return the messages of discrete actions: a claim or none, with no word or a single one."""
     said = np.zeros((2, 1 + N_SYMBOLS, 1 + WORDS), np.float32)
     said[0, :, 0], said[1, :, 0] = -1.0, 1.0
     said[:, 1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
@@ -110,12 +110,12 @@ LEARNABLE = {
         target="readings.goal",
     ),
 }
-"""What a policy can take the place of, by the name that `learn` takes."""
+"""Policy interfaces, by the value of `learn`."""
 
 
 @kernel
 def apply_action(robot: RobotState, messages: PolicyMessages) -> None:
-    """Command what the policy of a robot that visits waypoints says."""
+    """Write the claim and the acceleration of a policy to the command of its robot."""
     robot.command.claim = messages.claim > 0.0
     for k in range(2):
         robot.command.acceleration[k] = robot.action.acceleration[k]
@@ -123,7 +123,7 @@ def apply_action(robot: RobotState, messages: PolicyMessages) -> None:
 
 @kernel
 def hear_words(world_arrays: Arrays, minds: Array, w: int, i: int) -> None:
-    """Write what the robots that robot i of world w sees say; zeros of others."""
+    """Write the messages of the robots that robot i of world w sees; zeros for other robots."""
     sightings, heard = world_arrays[1], minds[w, i].heard
     for j in range(heard.shape[0]):
         for k in range(WORDS):

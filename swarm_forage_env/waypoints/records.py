@@ -1,10 +1,9 @@
-"""Records of the waypoints world: the world, the robot, and what crosses a layer's border.
+"""Records of the waypoints world: the world, the robot, and the inputs and outputs of layers.
 
-Robots that see each other tell each other what they believe, at once and without loss, as in the
-paper (BOIDS, Section 3): an estimator may look at what robot j believes, for robot i, where i
-sees j or j sees i, and nowhere else.
+Robots that see each other exchange their beliefs at once and without loss, as in the paper (BOIDS,
+Section 3): an estimator may read the belief of robot j for robot i only if i sees j or j sees i.
 
-What layers see lies in memory as `epuck.records` says.
+The memory layout of the inputs of layers is that of `epuck.records`.
 """
 
 import math
@@ -17,16 +16,16 @@ from swarm_forage_env.record import Record, field, flag
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 ENCODER, LANDMARK, LIDAR, GOAL = range(4)
-"""Columns of a robot's random streams."""
+"""Columns of the random streams of a robot."""
 
 WORDS = 12
-"""Numbers in a message of a learner of everything."""
+"""Length of a message under `learn=everything`."""
 
 PLACE_SCALE = 2.0
-"""Typical distance of a place [m]."""
+"""Typical distance to a place [m]."""
 
 place = partial(field, np.float32, 2, unit="m", scale=PLACE_SCALE, names=("xy",))
-"""A field of the way to a place."""
+"""Field for the displacement to a place."""
 
 direction = partial(field, np.float32, 2, scale=1.0, names=("xy",))
 pull = partial(
@@ -46,18 +45,18 @@ angle = partial(field, np.float32, unit="rad", low=-math.pi, high=math.pi)
 word = partial(field, np.float32, low=-1.0, high=1.0)
 
 SPEED, TURN = 0, 1
-"""Columns of what is measured of a robot's motion."""
+"""Columns of the motion of a robot."""
 
 
 def motion_noise(scenario: WaypointsScenario) -> tuple[str, str]:
-    """Error of speed and turn rate, in words."""
+    """Describe the errors of speed and turn rate."""
     sensors = scenario.sensors
     speed, turn = f"{sensors.speed_noise:g} m/s", f"{sensors.turn_noise:g} rad/s"
     return f"sd {speed} and a bias", f"sd {turn} and a bias"
 
 
 class WorldState(Record):
-    """One world: its clock, and the numbers of its scenario as kernels read them."""
+    """One world: its clock, and the parameters of its scenario in the form that kernels read."""
 
     ticks: int = field(np.int64)
     """Ticks since reset. Writer: tick."""
@@ -70,7 +69,7 @@ class WorldState(Record):
     noise: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Standard deviation of the readings of speed and turn rate."""
     bias: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
-    """Standard deviation over robots of their constant error."""
+    """Standard deviation, over robots, of the constant error of these readings."""
     spread: float = field(np.float64)
     reach: float = field(np.float64, unit="m")
     range_noise: float = field(np.float64, unit="m")
@@ -84,7 +83,7 @@ class WorldState(Record):
 
 
 class Readings(Record):
-    """What the robot's own sensors say after a tick. Writer: tick."""
+    """Readings of the sensors of one robot after a tick. Writer: tick."""
 
     motion: Float32[Array, "2"] = field(
         np.float32,
@@ -94,11 +93,11 @@ class Readings(Record):
         names=(("speed", "turn"),),
         noise=motion_noise,
     )
-    """Speed [m/s] and turn rate [rad/s] of the last tick, as wheels and gyro tell them."""
+    """Speed [m/s] and turn rate [rad/s] of the last tick, measured by wheels and gyro."""
     compass: float = angle()
-    """Heading [rad], without error: the authors steer by it, and estimate by the gyro."""
+    """Heading without error [rad]: the authors steer by the compass and estimate by the gyro."""
     at_home: float = flag()
-    """Home is within reach."""
+    """Whether home is within reach."""
     home_fix: Float32[Array, "3"] = field(
         np.float32,
         3,
@@ -108,16 +107,16 @@ class Readings(Record):
         label="fix",
         noise=lambda scenario: f"sd {scenario.sensors.home_noise:g}",
     )
-    """x, y [m] and heading [rad] as measured at home; zeros out of its reach."""
+    """x, y [m] and heading [rad] measured near home; zeros out of reach."""
     goal: Float32[Array, "2"] = place()
-    """Where to go next, world frame [m]."""
+    """Position of the goal, world frame [m]."""
 
 
 class Sighting(Record):
-    """How one robot sees another after a tick; zeros where it does not. Writer: tick."""
+    """Sighting of one robot by another after a tick; zeros if it is not seen. Writer: tick."""
 
     seen: float = flag()
-    """The robot of the row sees the one of the column."""
+    """Whether the robot of the row sees the robot of the column."""
     range: float = field(
         np.float32,
         unit="m",
@@ -125,114 +124,114 @@ class Sighting(Record):
         high=lambda scenario: scenario.sensors.reach,
         noise=lambda scenario: f"sd {scenario.sensors.range_noise:g} m",
     )
-    """How far it is, as measured."""
+    """Measured distance."""
     bearing: float = angle(noise=lambda scenario: f"sd {scenario.sensors.bearing_noise:g} rad")
-    """In which direction of the own body frame."""
+    """Measured direction in the body frame of the observing robot."""
 
 
 class Command(Record):
-    """What a controller commands for the next tick. Writer: decide."""
+    """Command of a controller for the next tick. Writer: decide."""
 
     acceleration: Float32[Array, "2"] = pull()
-    """Acceleration, ahead and to the left of the body; its direction is the new course. Zeros:
-    straight on at the same speed."""
+    """Acceleration ahead and to the left of the body; its direction is the new course. Zeros keep
+    speed and course."""
     claim: bool = field(np.bool_)
-    """The robot claims that it is at its goal, and gets another."""
+    """Whether the robot claims to be at its goal; it then gets a new goal."""
 
 
 class Action(Record):
-    """What a learner does with the layers of one robot. Writer: the environment."""
+    """Action of a policy that replaces layers of one robot. Writer: the environment."""
 
     weighting: int = field(np.int8)
-    """KEEP or REPLACE the hand-written weighting."""
+    """KEEP or REPLACE: whether the policy replaces the weighting."""
     motion: int = field(np.int8)
-    """KEEP or REPLACE the hand-written motion."""
+    """KEEP or REPLACE: whether the policy replaces the motion."""
     weight: Float32[Array, "1"] = field(
         np.float32, 1, unit="weight", low=0.0, high=1.0, names=(("",),), label="g"
     )
-    """Share in [0, 1] of the correction by all neighbours that is carried out."""
+    """Weight in [0, 1] of the correction by all neighbours."""
     acceleration: Float32[Array, "2"] = pull()
-    """Acceleration, ahead and to the left of the body."""
+    """Acceleration ahead and to the left of the body."""
 
 
 class RobotState(Record):
-    """The truth about one robot, and what it senses and does."""
+    """True state of one robot, its readings, command and action."""
 
     pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """x, y [m] and heading [rad], home at the origin. Writers: tick; reset."""
     motion: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Speed and turn rate of the last tick. Writers: tick; reset."""
     goal: Float64[Array, "2"] = field(np.float64, 2, unit="m")
-    """Where the robot is to go. Writers: `judge_claim`; reset."""
+    """Position of the goal. Writers: `judge_claim`; reset."""
     deviation: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
     """Standard deviation of the readings of speed and turn rate. Writer: reset."""
     bias: Float64[Array, "2"] = field(np.float64, 2, unit="m/s, rad/s")
-    """Their constant error. Writer: reset."""
+    """Constant error of these readings. Writer: reset."""
     streams: UInt64[Array, "4"] = field(np.uint64, 4)
     """Random streams: ENCODER, LANDMARK, LIDAR, GOAL. Writer: tick."""
     right: int = field(np.int32)
-    """Goals claimed and reached. Writer: `judge_claim`."""
+    """Number of goals claimed and reached. Writer: `judge_claim`."""
     wrong: int = field(np.int32)
-    """Goals claimed and not reached. Writer: `judge_claim`."""
+    """Number of goals claimed but not reached. Writer: `judge_claim`."""
     reward: float = field(np.float32)
-    """Goals rightly claimed in the last tick. Writer: `judge_claim`."""
+    """1 if the robot claimed and reached its goal in the last tick. Writer: `judge_claim`."""
     readings: Readings = field(Readings)
     command: Command = field(Command)
     action: Action = field(Action)
 
 
 class Exchange(Record):
-    """What the weighting layer sees: the correction by all neighbours that is about to be made."""
+    """Input of the weighting layer: the pending correction by all neighbours."""
 
     is_valid: float = flag(label="valid")
-    """There is a correction: the robot sees another, or is seen."""
+    """Whether there is a correction: the robot sees another one or is seen."""
     neighbours: float = share_of_robots()
-    """Robots that it sees or that see it."""
+    """Share of robots that it sees or that see it."""
     own_covariance_norm: float = variance(label="own_doubt")
-    """Norm of the own covariance."""
+    """Norm of the covariance of the robot."""
     heard_covariance_norm: float = variance(label="heard_doubt")
-    """Norm of the neighbours' covariances, the mean over them; zero without any."""
+    """Mean norm of the covariances of the neighbours; zero without neighbours."""
     disagreement: float = field(np.float32, unit="m", scale=2.0, low=0.0)
-    """Distance between where the robot believes it is and where its neighbours, by what they
-    believe and where they see it, do on average; zero without any."""
+    """Distance between the estimated position and the mean of the positions that the neighbours
+    infer from their beliefs and sightings; zero without neighbours."""
     weight: Float32[Array, "1"] = field(np.float32, 1)
-    """Share of the correction that is carried out. Writer: decide."""
+    """Weight of the correction. Writer: decide."""
 
 
 class Situation(Record):
-    """What the motion layer sees. Vectors are in the body frame that the compass gives.
+    """Input of the motion layer. Vectors are in the body frame, oriented by the compass.
 
     Writer: observe.
     """
 
     goal: Float32[Array, "2"] = place()
-    """To the goal from where the robot believes it is."""
+    """Displacement from the estimated position to the goal."""
     home: Float32[Array, "2"] = place()
-    """To home."""
+    """Displacement from the estimated position to home."""
     centre: Float32[Array, "2"] = place()
-    """To the middle of the neighbours, by what they believe; zeros without any."""
+    """Displacement to the mean estimated position of the neighbours; zeros without neighbours."""
     separation: Float32[Array, "2"] = direction(label="crowd")
-    """Away from the neighbours; zeros without any."""
+    """Direction away from the neighbours; zeros without neighbours."""
     alignment: Float32[Array, "2"] = direction(label="flow")
-    """Which way the neighbours go; zeros without any."""
+    """Direction in which the neighbours move; zeros without neighbours."""
     velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s", scale=0.25, names=("xy",))
-    """The own velocity, as believed."""
+    """Estimated velocity of the robot."""
     density: float = share_of_robots()
-    """Robots seen: rho."""
+    """Share of robots seen: rho."""
     covariance_norm: float = share(label="doubt")
-    """Norm of the covariance, as a share of the highest allowed: s."""
+    """Norm of the covariance, as a share of the largest allowed norm: s."""
     dead_reckoning_offset: float = share(label="drift")
-    """Distance between the estimate and dead reckoning, as a share of the highest allowed: e."""
+    """Distance between the estimate and dead reckoning, as a share of the largest allowed: e."""
     has_arrived: float = flag(label="arrived")
-    """The robot claims its goal in this tick, and has no other yet."""
+    """Whether the robot claims its goal in this tick and has no new goal yet."""
 
 
 class PolicyMessages(Record):
-    """Messages that a learner of everything sends and receives, and its claims."""
+    """Messages sent and received, and claims, under `learn=everything`."""
 
     claim: float = word(unit="at the goal if > 0")
-    """Whether the robot is at its goal: another one, please. Writer: the environment."""
+    """Positive if the robot claims to be at its goal, to get a new one. Writer: the environment."""
     words: Float32[Array, " words"] = word(WORDS, unit="as sent")
-    """The message, whose meaning is the policy's. Writer: the environment."""
+    """The message; the policy defines its meaning. Writer: the environment."""
     heard: Float32[Array, "robots words"] = word("robots", WORDS, unit="as sent", label="words")
-    """What each robot that is seen says; zeros of others. Writer: observe."""
+    """Messages of the robots that are seen; zeros for other robots. Writer: observe."""

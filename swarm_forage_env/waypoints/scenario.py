@@ -1,12 +1,12 @@
-"""A scenario of waypoints: every number of the world of adaptive boids, in frozen models.
+"""Scenarios of the waypoints task: all parameters of the world of adaptive boids.
 
 Robots visit random goals, with home, the origin, as the only landmark; there are no walls and no
-contacts. Origin is one of: published (the paper says so), code (the authors' code, which made
-the paper's figures, says so), chosen. BOIDS is Smith et al. 2021.
+contacts. The origin of a parameter is: published (in the paper), code (in the authors' code,
+which made the paper's figures) or chosen. BOIDS is Smith et al. 2021.
 
 Not in the paper, and taken from the authors' code:
-- robots start within 1 m of home, at full speed, and turn before they go;
-- the turn rate is the angle to the new course, a second;
+- robots start within 1 m of home, at full speed, and turn before they move;
+- the turn rate is the angle to the new course, per second;
 - first goals lie in one quarter of the square.
 """
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class CreateRobot(Parameters):
-    """The robot: an iRobot Create, which turns, speeds up and slows down within limits."""
+    """The robot: an iRobot Create with limits of speed, turn rate and acceleration."""
 
     max_speed: Positive = Field(0.5, description="Highest speed [m/s] (code)")
     min_speed: NotNegative = Field(0.01, description="Lowest speed: it never stops [m/s] (code)")
@@ -49,9 +49,9 @@ class CreateRobot(Parameters):
 
 
 class WaypointSensors(Parameters):
-    """What the robot measures and how badly; every error is normally distributed.
+    """The sensors and their noise; every error is normally distributed.
 
-    Smaller errors than the bounds allow leave covariances that 64 bits cannot tell from singular.
+    Errors below the bounds would lead to covariances that are singular in float64.
     """
 
     speed_noise: Positive = Field(
@@ -93,7 +93,7 @@ class WaypointSensors(Parameters):
 
 
 class WaypointTask(BaseTask):
-    """The task: visit random goals one after the other, and say when you are there."""
+    """The task: visit random goals one after the other, and claim each on arrival."""
 
     n_robots: Count = Field(
         25, le=2_000, description="Robots: each pair takes about 100 bytes. Section 3 (published)"
@@ -128,7 +128,7 @@ class WaypointTask(BaseTask):
 
 
 class WaypointsScenario(BaseScenario):
-    """Everything that fixes a world of waypoints but its seed."""
+    """All parameters of a waypoints world; with a seed they determine it."""
 
     name: str = Field("custom", min_length=1, description="Name in tables and data")
     robot: CreateRobot = CreateRobot()

@@ -1,4 +1,4 @@
-"""The task of visiting waypoints, as the rest of the code knows it."""
+"""The waypoints task: its events, its potential and its entry in the registry."""
 
 import numpy as np
 
@@ -19,18 +19,18 @@ from swarm_forage_env.waypoints.world import WaypointsWorld
 
 
 class WaypointEvents(Events):
-    """What happened to one robot in the last tick."""
+    """Events of one robot in the last tick."""
 
     trip: bool = field(np.bool_)
-    """It claimed its goal and was there."""
+    """Whether it claimed its goal and was there."""
     loss: bool = field(np.bool_)
-    """It claimed its goal and was not there."""
+    """Whether it claimed its goal and was not there."""
     message: int = field(np.int32)
-    """Robots that it sees, and so hears."""
+    """Number of robots that it sees, and thus hears."""
 
     @staticmethod
     def write(world: WaypointsWorld, before: Array, out: Array) -> None:
-        """Write what happened to the robots of these worlds since they were as `before`."""
+        """Write the events of the robots since their states in `before`."""
         out["trip"] = world.robots["right"] > before["right"]
         out["loss"] = world.robots["wrong"] > before["wrong"]
         out["message"] = np.count_nonzero(world.sightings["seen"], axis=2)
@@ -38,12 +38,12 @@ class WaypointEvents(Events):
 
 @kernel
 def potential(robot: RobotState, world: WorldState) -> float:
-    """How far a robot has come: goals reached, and the way to the next.
+    """Return the progress of a robot: goals reached, plus progress towards the next.
 
         Phi = goals + 1 - d / far
 
-    d is the true distance to the goal [m], `far` the diagonal of the square of goals in the
-    robot's own world.
+    d is the true distance to the goal [m], `far` the diagonal of the square of goals in the world
+    of the robot.
 
     Source: Ng1999, Theorem 1, for shaping by a potential.
     """

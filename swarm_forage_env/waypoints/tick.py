@@ -1,4 +1,4 @@
-"""The tick of the waypoints world: claims are judged, everyone moves, senses and sees."""
+"""The tick of the waypoints world: judge claims, move robots, measure, and update sightings."""
 
 import math
 
@@ -23,12 +23,12 @@ from swarm_forage_env.waypoints.records import (
 
 @kernel
 def limited(speed: float, ahead: float, left: float, world: WorldState) -> tuple[float, float]:
-    """Speed [m/s] and turn rate [rad/s] of a tick that an acceleration (ahead, left) asks for.
+    """Return speed [m/s] and turn rate [rad/s] of a tick for an acceleration (ahead, left).
 
         V = clip(V + a_max ahead dt, V_min, V_max)
         w = clip(atan2(left, ahead), -w_max, w_max)
 
-    The angle is taken times 1/s.
+    The turn rate is the angle times 1/s.
 
     Source: BOIDS, authors' code; the paper says only that accelerations steer.
     """
@@ -42,7 +42,7 @@ def limited(speed: float, ahead: float, left: float, world: WorldState) -> tuple
 def turn_then_go(
     x: float, y: float, theta: float, speed: float, turn: float, dt: float
 ) -> tuple[float, float, float]:
-    """The pose after a tick that turns first and then goes straight: x, y [m], theta [rad].
+    """Return the pose after a tick that first turns, then drives straight: x, y [m], theta [rad].
 
         theta += w dt
         x     += V dt cos(theta)
@@ -57,7 +57,7 @@ def turn_then_go(
 
 @kernel
 def drive(robot: RobotState, world: WorldState) -> None:
-    """Move a robot for a tick as commanded; `motion` becomes its speed and turn rate."""
+    """Move a robot by its command for a tick, and write its speed and turn rate to `motion`."""
     acceleration, pose, motion = robot.command.acceleration, robot.pose, robot.motion
     ahead, left = float(acceleration[0]), float(acceleration[1])
     motion[SPEED], motion[TURN] = limited(motion[SPEED], ahead, left, world)
@@ -68,7 +68,7 @@ def drive(robot: RobotState, world: WorldState) -> None:
 
 @kernel
 def judge_claim(robot: RobotState, world: WorldState) -> None:
-    """Book a claim as right, if the robot truly is at its goal, or wrong; a new goal then."""
+    """Count a claim as right if the robot is at its goal, else as wrong; then draw a new goal."""
     robot.reward = 0.0
     if not robot.command.claim:
         return
@@ -84,7 +84,7 @@ def judge_claim(robot: RobotState, world: WorldState) -> None:
 
 @kernel
 def place_at_home(robot: RobotState, world: WorldState, places: Streams, i: int) -> None:
-    """Uniform place about home and heading, full speed, and a first goal in one quarter."""
+    """Draw a uniform pose near home and a first goal in one quarter; set the full speed."""
     robot.pose[0] = world.start_half_side * symmetric(places, i)
     robot.pose[1] = world.start_half_side * symmetric(places, i)
     robot.pose[2] = math.pi * symmetric(places, i)
@@ -96,7 +96,7 @@ def place_at_home(robot: RobotState, world: WorldState, places: Streams, i: int)
 
 @kernel
 def draw_devices(robot: RobotState, world: WorldState, devices: Streams, i: int) -> None:
-    """Draw the robot's own noise and constant error of the readings of speed and turn rate."""
+    """Draw the noise and the constant error of the speed and turn rate readings of a robot."""
     for k in range(2):
         robot.deviation[k] = world.noise[k] * (1.0 + world.spread * symmetric(devices, i))
         robot.bias[k] = world.bias[k] * normal(devices, i)
@@ -104,7 +104,7 @@ def draw_devices(robot: RobotState, world: WorldState, devices: Streams, i: int)
 
 @kernel
 def measure_motion(robot: RobotState) -> None:
-    """What wheels and gyro say: truth, a constant error of the robot's own, and noise."""
+    """Measure speed and turn rate: true value, plus constant error of the robot, plus noise."""
     for k in range(2):
         noise = robot.deviation[k] * normal(robot.streams, ENCODER)
         robot.readings.motion[k] = robot.motion[k] + robot.bias[k] + noise
@@ -112,7 +112,7 @@ def measure_motion(robot: RobotState) -> None:
 
 @kernel
 def fix_at_home(robot: RobotState, world: WorldState) -> None:
-    """Measure the pose, of robots within reach of home, the origin; zeros for others."""
+    """Measure the pose if home, the origin, is within reach; write zeros otherwise."""
     readings, pose = robot.readings, robot.pose
     readings.at_home = hypot(pose[0], pose[1]) < world.reach
     for k in range(3):
@@ -123,7 +123,7 @@ def fix_at_home(robot: RobotState, world: WorldState) -> None:
 
 @kernel
 def read_goal(robot: RobotState) -> None:
-    """The compass, and where to go next."""
+    """Write the readings of the compass and of the goal."""
     robot.readings.compass = robot.pose[2]
     for k in range(2):
         robot.readings.goal[k] = robot.goal[k]
@@ -131,9 +131,9 @@ def read_goal(robot: RobotState) -> None:
 
 @kernel
 def see_each_other(swarm: Array, sightings: Array, world: WorldState) -> None:
-    """Range and bearing from every robot to those that it measures within reach.
+    """Measure range and bearing between all robots; a robot measured within reach is seen.
 
-    Nobody beyond the reach by eight standard deviations of the range is measured at all.
+    Robots farther than the reach plus eight standard deviations of the range are not measured.
     """
     farthest = world.reach + 8.0 * world.range_noise
     for i in range(swarm.shape[0]):
@@ -153,7 +153,7 @@ def see_each_other(swarm: Array, sightings: Array, world: WorldState) -> None:
 
 @row_template
 def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving: int) -> None:
-    """One tick of the n robots of a world; where none are moving it begins, and all sense only."""
+    """Run one tick of the n robots of a world; if n_moving is 0, they only take first readings."""
     robots, sightings, worlds, earned = world_arrays
     swarm, world = robots[w], worlds[w]
     if n_moving > 0:
@@ -174,7 +174,7 @@ def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving:
 
 @entry_point
 def judge_claims(robots: Array, worlds: Array) -> None:
-    """Judge what every robot of all worlds has claimed, and do nothing else."""
+    """Judge the claims of the robots of all worlds."""
     for w in range(robots.shape[0]):
         for i in range(robots.shape[1]):
             judge_claim(robots[w, i], worlds[w])
@@ -182,7 +182,7 @@ def judge_claims(robots: Array, worlds: Array) -> None:
 
 @entry_point
 def start_at_home(robots: Array, worlds: Array, places: Array, devices: Array) -> None:
-    """Put robots at home, with devices of their own, from streams for places and for devices."""
+    """Draw start poses from `places` and sensor errors from `devices` for all robots."""
     for w in range(robots.shape[0]):
         for i in range(robots.shape[1]):
             place_at_home(robots[w, i], worlds[w], places[w], i)
@@ -191,7 +191,7 @@ def start_at_home(robots: Array, worlds: Array, places: Array, devices: Array) -
 
 @kernel
 def read_start(robot: RobotState) -> None:
-    """The exact fix that a robot begins with."""
+    """Write an exact home fix as the first reading of a robot."""
     robot.readings.at_home = True
     for k in range(3):
         robot.readings.home_fix[k] = robot.pose[k]

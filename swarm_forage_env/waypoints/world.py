@@ -16,16 +16,16 @@ from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.tick import judge_claims, start_at_home, tick_world
 
 PHYSICS = "kinematic"
-"""The one engine of a world without contacts."""
+"""The only engine for a world without contacts."""
 
 SOURCES = (NoiseSource.ENCODER, NoiseSource.LANDMARK, NoiseSource.LIDAR, NoiseSource.GOAL)
-"""What each column of a robot's streams is for."""
+"""Noise source of each column of the random streams."""
 
 
 class WaypointsWorld(World):
-    """Worlds that run side by side, each from its own seed and under its own numbers.
+    """Block of independent worlds, each with its own seed and parameters.
 
-    A world in a block goes through the same states as the same world alone, bit for bit.
+    A world in a block has the same states, bit for bit, as the same world alone.
     """
 
     scenarios: tuple[WaypointsScenario, ...]
@@ -33,9 +33,9 @@ class WaypointsWorld(World):
     def __init__(
         self, scenarios: Sequence[WaypointsScenario], seeds: Sequence[int], physics: str = PHYSICS
     ) -> None:
-        """One world for each scenario, whose robots start from its seed: nobody has sensed yet.
+        """Create one world per scenario and reset it with its seed; there are no readings yet.
 
-        The scenarios have the same number of robots. Without seeds nobody has a place.
+        The scenarios have the same number of robots. Without seeds no robot has a pose.
         """
         if physics != PHYSICS:
             raise ConfigError(
@@ -45,31 +45,31 @@ class WaypointsWorld(World):
         super().__init__(scenarios)
         shape = (self.n_worlds, self.n_robots)
         self.robots = RobotState.array(shape)
-        """The truth about every robot; writing to it changes the worlds."""
+        """True state of every robot, shape (worlds, robots); writing to it changes the worlds."""
         self.sightings = Sighting.array((*shape, self.n_robots))
-        """Who sees whom: for every robot a row of those of its world."""
+        """Sightings, shape (worlds, robots, robots): row i holds what robot i sees."""
         self.worlds = WorldState.array((self.n_worlds,))
-        """Clock and numbers of every world."""
+        """Clock and parameters of every world."""
         self.replace_scenarios(range(self.n_worlds), scenarios)
         if len(seeds) > 0:
             self.reset(seeds)
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """What the templates of a tick are handed."""
+        """Arrays passed to the templates of a tick."""
         return self.robots, self.sightings, self.worlds, self.earned
 
     @property
     def functions(self) -> Mapping[str, Kernel]:
-        """What `run_ticks` has free names for."""
+        """Functions bound to free names of `run_ticks`."""
         return {"tick_world": tick_world, "move_world": nothing}
 
     def write_parameters(self, first: int, last: int) -> None:
-        """Write the numbers of these worlds' scenario."""
+        """Write the parameters of worlds first .. last - 1, which share one scenario."""
         write_numbers(self.scenarios[first], self.worlds[first:last])
 
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Put the robots at home with an exact fix, and their streams at the seeds."""
+        """Place the robots at home and seed their random streams."""
         swarms, worlds = self.robots[first:last], self.worlds[first:last]
         actions = swarms["action"].copy()
         RobotState.restart(swarms)
@@ -82,13 +82,13 @@ class WaypointsWorld(World):
         start_at_home(swarms, worlds, places, devices)
 
     def judge(self, claim: Bool[Array, " rows"]) -> None:
-        """Book the claims of the last tick, which no tick is left to judge."""
+        """Judge the claims made after the last tick."""
         self.robots["command"]["claim"] = np.reshape(claim, self.robots.shape)
         judge_claims(self.robots, self.worlds)
 
 
 def write_numbers(scenario: WaypointsScenario, out_worlds: Array | np.void) -> None:
-    """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
+    """Write the parameters of a scenario to the records of its worlds."""
     sensors, task = scenario.sensors, scenario.task
     numbers = {
         **numbers_named(scenario, WorldState.fields),
