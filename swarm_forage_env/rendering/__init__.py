@@ -1,5 +1,5 @@
-"""Pictures of a world: scenes, still and moving, on a screen, in a file, or as arrays."""
+"""Rendering of a world: live window, images, videos, replays in a browser, arrays and text."""
 
 import os
 
-os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # it greets on stdout otherwise
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting otherwise

@@ -13,22 +13,22 @@ from swarm_forage_env.rendering.shapes import Point
 from swarm_forage_env.scene import WITHIN, Scene, Stage
 
 FINENESS = 4
-"""Letters, and the shapes of the legend, are drawn this many times larger, then made smaller."""
+"""Factor by which text and icons are enlarged when drawn; scaling down smooths their edges."""
 
 ROOM = 512
-"""Lines of text kept for the next picture."""
+"""Number of rendered texts in the cache."""
 
 BELIEF = f"dashed: where it believes the area is; ring: {100 * P_RING:g} cm wider per metre of p"
-"""How beliefs are drawn."""
+"""Key to the drawing of beliefs."""
 
 ESTIMATE = "ellipse: 95 % of where it believes it is, with a line to where it is"
-"""How beliefs are drawn where robots visit goals."""
+"""Key to the drawing of beliefs in the waypoints task."""
 
 HELP = "space pause   . step   + - speed   tab or click select   t b m toggle   s save   q quit"
-"""The keys of the live window."""
+"""Keys of the live window."""
 
 Icon = Callable[[pygame.Surface, Point, float, float], object]
-"""Draws a shape of the legend about a centre; its radius, and the width of a line [px]."""
+"""Function that draws an icon of the legend at a centre; radius and line width in pixels."""
 
 
 class HeadUpDisplay:
@@ -38,10 +38,10 @@ class HeadUpDisplay:
         self._stage, self._layout, self._picture = stage, layout, picture
         pygame.font.init()
         self._font = pygame.font.Font(None, layout.text * FINENESS)
-        """It comes with pygame-ce: the same everywhere."""
+        """Font bundled with pygame-ce, the same on all systems."""
         self._words = lru_cache(ROOM)(self._drawn_words)
         self._blank = pygame.Surface(picture.get_size(), depth=32)
-        """What stays the same in every picture."""
+        """Background: the parts that are the same in every picture."""
         self._blank.fill(palette.PAGE)
         for line, icons in enumerate(legend_of(stage)):
             self._draw_icons(icons, line)
@@ -82,7 +82,7 @@ class HeadUpDisplay:
         self._write(self._picture, title, layout.margin, y)
 
     def _draw_progress(self, time: float) -> None:
-        """Draw a line above the arena: how much of the episode has gone."""
+        """Draw the progress bar of the episode above the arena."""
         layout = self._layout
         left, y = layout.margin, layout.margin // 2 + 2 * layout.line
         length, height = layout.width - 2 * layout.margin, max(2, round(2 * layout.unit))
@@ -107,7 +107,7 @@ class HeadUpDisplay:
         self._write_line(self._blank, text, line, palette.FAINT, left)
 
     def _shrink(self, draw: Icon, width: float, x: float, y: float) -> int:
-        """Draw a shape large, and put it smaller beside the text; its width."""
+        """Draw an enlarged icon and blit it at text size; returns its width [px]."""
         layout = self._layout
         large = pygame.Surface((round(width * FINENESS), layout.line * FINENESS), depth=32)
         large.fill(palette.PAGE)
@@ -139,14 +139,14 @@ class HeadUpDisplay:
         return "   ".join(words)
 
     def _below(self, line: int) -> int:
-        """Top of a line of text below the arena [px]."""
+        """Return the top of a line of text below the arena [px]."""
         layout = self._layout
         return layout.corner[1] + layout.arena[1] + layout.margin // 2 + line * layout.line
 
     def _write_line(
         self, on: pygame.Surface, text: str, line: int, ink: Colour = palette.INK, left: float = 0.0
     ) -> None:
-        """Write what there is room for of a text in a line below the arena."""
+        """Write a text, cut to the available width, in a line below the arena."""
         left = left or self._layout.margin
         room = self._layout.width - self._layout.margin - left
         self._write(on, self._cut(text, room), left, self._below(line), ink)
@@ -167,7 +167,7 @@ class HeadUpDisplay:
         return round(self._font.size(text)[0] / FINENESS)
 
     def _cut(self, text: str, room: float) -> str:
-        """As much of a text as there is room for [px]."""
+        """Cut a text to a width [px]."""
         if self._width_of(text) <= room:
             return text
         while text and self._width_of(text + "...") > room:
@@ -186,11 +186,11 @@ GOALS: dict[str, Icon] = {
     ),
     "lidar": lambda on, at, r, px: pygame.draw.circle(on, palette.LIDAR, at, r, round(1.2 * px)),
 }
-"""The second line of the legend where robots visit goals."""
+"""Second line of the legend in the waypoints task."""
 
 
 def legend_of(stage: Stage) -> list[dict[str, Icon]]:
-    """The lines of the legend: what draws the shape of each name."""
+    """Return the lines of the legend: name -> icon."""
     names = enumerate(stage.states)
     robots: dict[str, Icon] = {name: partial(_draw_robot, code) for code, name in names if name}
     if stage.goals is not None:
@@ -215,7 +215,7 @@ def _draw_belief(on: pygame.Surface, at: Point, radius: float, pixel: float) -> 
 
 
 def clock_text(seconds: float) -> str:
-    """Minutes and seconds.
+    """Format seconds as minutes:seconds.
 
     >>> clock_text(754.2)
     '12:34'

@@ -1,4 +1,4 @@
-"""Painter: scenes in, pictures out. Surfaces in memory, so it needs no display."""
+"""Painter: draws scenes to pictures in memory, without a display."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,32 +15,32 @@ from swarm_forage_env.rendering.trails import Trails
 from swarm_forage_env.scene import WITHIN, GoalField, Localised, Scene, Stage
 
 FINENESS = 3
-"""The arena is drawn this many times larger, then made smaller: that smooths every edge."""
+"""Factor by which the arena is enlarged when drawn; scaling down smooths its edges."""
 
 
 @dataclass
 class Show:
-    """What is drawn beyond the robots themselves."""
+    """Options for what is drawn besides the robots."""
 
     trails: bool = True
     beliefs: bool = True
     messages: bool = True
     selected: int | None = None
-    """The robot whose beliefs are drawn."""
+    """Index of the robot with drawn beliefs."""
 
 
 class Painter:
-    """Draws the scenes of one stage."""
+    """Painter of the scenes of one stage."""
 
     def __init__(self, stage: Stage, layout: Layout) -> None:
         self.layout, self._stage = layout, stage
         self._fine = FINENESS if layout.width <= 640 else 2
         self._scale = layout.scale * self._fine
-        """Pixels of the canvas in a metre."""
+        """Pixels of the canvas per metre."""
         self._pixel = layout.unit * self._fine
-        """A line of normal width, on the canvas [px]."""
+        """Normal width of a line on the canvas [px]."""
         self._wall = max(2, round(2 * layout.unit))
-        """Thickness of the walls, which stand around the arena [px]."""
+        """Thickness of the walls around the arena [px]."""
         self._trails = Trails()
         pygame.font.init()
         self._large = pygame.font.Font(None, round(1.1 * layout.text * self._fine))
@@ -50,17 +50,17 @@ class Painter:
         self._smooth = pygame.Surface((length, height), depth=32)
         self._canvas = pygame.Surface((self._fine * length, self._fine * height), depth=32)
         self._inside = self._canvas.get_rect().inflate(*([-2 * self._fine * self._wall] * 2))
-        """The arena on the canvas."""
+        """Rectangle of the arena on the canvas."""
         self._floor = self._empty_floor()
         self._picture = pygame.Surface((layout.width, layout.height), depth=32)
         self._panel = HeadUpDisplay(stage, layout, self._picture)
 
     def take(self, scene: Scene) -> None:
-        """Remember a scene, drawn or not: trails and messages go back to it."""
+        """Add a scene, drawn or not, to the trails and recent messages."""
         self._trails.take(scene)
 
     def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
-        """The picture of the scene that `take` had last; valid until the next is painted."""
+        """Return the picture of the last scene given to `take`; the next call overwrites it."""
         areas = self._stage.areas_at(scene.time)
         if not np.array_equal(areas, self._areas):
             self._areas = areas
@@ -99,7 +99,7 @@ class Painter:
             self._draw_estimates(scene, own, show.selected)
 
     def _draw_lidar(self, scene: Scene, radius: float, selected: int | None) -> None:
-        """Draw how far each robot sees [px], and lines between those that see each other."""
+        """Draw the reach of each robot [px], and lines between robots that see each other."""
         canvas, spots, width = self._canvas, self._spot(scene.pose[:, :2]), self._width(0.8)
         pale = mixed(palette.LIDAR, palette.FLOOR, 0.45)
         for spot in spots.tolist():
@@ -113,7 +113,7 @@ class Painter:
     def _draw_goals(
         self, scene: Scene, own: Localised, radius: float, selected: int | None
     ) -> None:
-        """Draw each robot's goal, as large as it is reached [px], and a line that leads there."""
+        """Draw each goal with the radius in which it is reached [px], and a line from its robot."""
         goals, spots = self._spot(own.goal), self._spot(scene.pose[:, :2])
         for robot, (goal, spot) in enumerate(zip(goals.tolist(), spots.tolist(), strict=True)):
             is_selected = robot == selected
@@ -123,7 +123,7 @@ class Painter:
             shapes.draw_goal(self._canvas, goal, radius, self._pixel)
 
     def _draw_claims(self) -> None:
-        """Draw recent claims: right ones as a disc, others as a cross with a line to the goal."""
+        """Draw recent claims: a disc if right, a cross with a line to the goal if wrong."""
         size = 4.5 * self._pixel
         for claim in self._trails.claims:
             place, goal = self._spot(claim.place), self._spot(claim.goal)
@@ -134,7 +134,7 @@ class Painter:
                 shapes.draw_wrong(self._canvas, place, size)
 
     def _draw_estimates(self, scene: Scene, own: Localised, selected: int | None) -> None:
-        """Draw where robots believe they are: 95 % ellipses, with lines to where they are."""
+        """Draw estimated positions: 95 % ellipses, with lines to the true positions."""
         spots, true = self._spot(own.believed), self._spot(scene.pose[:, :2])
         axes, direction = WITHIN * self._scale * own.ellipse[:, :2], own.ellipse[:, 2].tolist()
         for robot, (long, short) in enumerate(axes.tolist()):
@@ -148,7 +148,7 @@ class Painter:
         return max(1, round(width * self._pixel))
 
     def _spot(self, places: Float64[Array, "*any 2"]) -> Float64[Array, "*any 2"]:
-        """World frame [m] to pixels of the canvas."""
+        """Convert the world frame [m] to pixels of the canvas."""
         return np.asarray((self.layout.pixels(places) + self._wall) * self._fine)
 
     def _empty_floor(self) -> pygame.Surface:
@@ -176,7 +176,7 @@ class Painter:
         return floor
 
     def _draw_field(self, floor: pygame.Surface, half: float) -> None:
-        """Draw the square in which goals lie, and home, a little house."""
+        """Draw the square of goals, and home as a small house."""
         corners = np.array([(-half, -half), (half, -half), (half, half), (-half, half)])
         pygame.draw.polygon(floor, palette.RULE, self._spot(corners).tolist(), self._width(1.0))
         x, y = self._spot(np.zeros(2))
@@ -185,21 +185,21 @@ class Painter:
         pygame.draw.rect(floor, palette.INK, (x - 0.7 * size, y, 1.4 * size, 0.9 * size))
 
     def _named_areas(self) -> Iterator[tuple[Float64[Array, " 2"], Colour, str]]:
-        """Centre on the canvas [px], colour and name of each area as they are now."""
+        """Return the current centre on the canvas [px], the colour and the name of each area."""
         colours = [palette.AREA[kind] for kind in self._stage.kinds]
         return zip(self._spot(self._areas), colours, self._stage.names, strict=True)
 
     def _draw_rims(self) -> None:
-        """Draw the rims of the areas, over robots that are drawn larger than they are."""
+        """Draw the rims of the areas on top of enlarged robots."""
         radius, width = self._stage.area_radius * self._scale, self._width(1.5)
         for centre, colour, _ in self._named_areas():
             pygame.draw.circle(self._canvas, palette.WHITE, centre, radius + width / 2, 2 * width)
             pygame.draw.circle(self._canvas, colour, centre, radius, width)
 
     def _write_names(self, scene: Scene) -> None:
-        """Write the names of areas and home, each where no robot is, on the floor's own colour.
+        """Write the names of areas and home at places without robots, on the colour of the floor.
 
-        A name stays where it was for as long as it can, and is left out where it cannot stand.
+        A name keeps its place as long as that is free, and is left out if no place is free.
         """
         robots = self._spot(scene.pose[:, :2])
         clear = self.layout.robot_radius * self._fine + 5.0 * self._pixel
@@ -220,7 +220,7 @@ class Painter:
             self._canvas.blit(word, places[chosen])
 
     def _names(self) -> Iterator[tuple[Float64[Array, " 2"], float, Colour, str]]:
-        """Centre and radius on the canvas [px], colour inside and name of what has one."""
+        """Yield centre and radius on the canvas [px], fill colour and name of each named place."""
         radius = self._stage.area_radius * self._scale
         for centre, colour, name in self._named_areas():
             yield centre, radius, mixed(colour, palette.FLOOR, 0.28), name
@@ -267,9 +267,9 @@ class Painter:
 def places_about(
     centre: tuple[float, float], size: tuple[int, int], radius: float, is_inside: bool
 ) -> list[pygame.Rect]:
-    """Where a name of this size may stand at a circle [px], the best first.
+    """Return the candidate places of a name of this size at a circle [px], best first.
 
-    In its middle, if there is room inside; above, below, right, left, and at the corners.
+    They are: the middle, if there is room inside; above, below, right, left; the corners.
     """
     x, y = centre
     across, along = radius + 0.6 * size[1], radius + 0.6 * size[0]
@@ -289,7 +289,7 @@ def is_free(
     radius: float,
     taken: Sequence[pygame.Rect],
 ) -> bool:
-    """Whether a name can stand there: inside the arena, off all robots and other names [px]."""
+    """Return whether a place is inside the arena and clear of all robots and other names [px]."""
     if not arena.contains(place) or place.collidelist(list(taken)) >= 0:
         return False
     nearest = np.clip(robots, place.topleft, place.bottomright)

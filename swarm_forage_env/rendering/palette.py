@@ -1,4 +1,4 @@
-"""Colours that the colour-blind tell apart, each with one meaning.
+"""Colours that colour-blind people can distinguish, each with one meaning.
 
 Source: Okabe and Ito, Color Universal Design (2008); white and black are from there, too.
 """
@@ -11,21 +11,21 @@ BLUE, ORANGE, GREEN = (0, 114, 178), (230, 159, 0), (0, 158, 115)
 BLACK, WHITE, VERMILION = (0, 0, 0), (255, 255, 255), (213, 94, 0)
 
 DOING: dict[int, Colour] = dict(enumerate((WHITE, BLUE, ORANGE, BLACK, GREEN)))
-"""Body of a robot by what it is doing, as `scene.STATES`. Exploring is white: it has no goal to be
-coloured by."""
+"""Colour of a robot by its state, in the order of `scene.STATES`. Exploring robots have no goal and
+are white."""
 
 AREA = (BLUE, ORANGE)
-"""Nest and prey, in the colour of the robots that are on their way there."""
+"""Colours of nest and prey, equal to those of robots on their way there."""
 
 MESSAGE = GREEN
 FAULTY = (204, 0, 0)
 SELECTED = VERMILION
 
 GOAL, RIGHT, WRONG = ORANGE, BLUE, FAULTY
-"""Where a robot is to go, and claims to be there."""
+"""Colours of goals, and of right and wrong claims."""
 
 ESTIMATE, LIDAR = (204, 121, 167), (86, 180, 233)
-"""Where a robot believes it is, and how far it sees."""
+"""Colours of estimated positions and of the reach of robots."""
 
 PAGE, FLOOR = WHITE, (246, 246, 243)
 INK, FAINT, RULE = (38, 38, 38), (108, 108, 108), (214, 214, 210)
@@ -33,7 +33,7 @@ WALL = (70, 70, 70)
 
 
 def mixed(colour: Colour, ground: Colour, share: float) -> Colour:
-    """That share of a colour on a ground.
+    """Blend a share of a colour with a background.
 
     >>> mixed((200, 100, 0), (100, 100, 100), 0.5)
     (150, 100, 50)
@@ -43,5 +43,5 @@ def mixed(colour: Colour, ground: Colour, share: float) -> Colour:
 
 
 def trail_colour(doing: int) -> Colour:
-    """What a trail is drawn in: as the body, but for white, which the floor would swallow."""
+    """Return the colour of a trail: that of the robot, or grey where white would be invisible."""
     return (150, 150, 146) if doing == EXPLORING else DOING[doing]

@@ -1,8 +1,8 @@
-"""A playground: a page that runs its worlds itself, in WebAssembly, and draws them as a replay.
+"""Playground: a page that runs worlds in WebAssembly and draws them like a replay.
 
-Where a replay has the recording of a swarm, this page has machine code and the memory of a world
-that begins; a worker runs an episode of it when the page opens, and whenever the seed or a number
-is changed. A visitor can take over a robot.
+In place of a recording, the page holds machine code and the initial memory of a world. A worker
+runs an episode when the page opens, and again whenever the seed or a parameter changes. A visitor
+can take over a robot.
 """
 
 import base64
@@ -15,83 +15,83 @@ from swarm_forage_env.rendering.replay import Opening, about_of, element_of, pag
 from swarm_forage_env.scene import Stage
 
 Patch = tuple[int, bytes]
-"""Bytes that stand in the memory of a world instead, and where."""
+"""Offset in the memory of a world, and the bytes that replace its content there."""
 
 ALLOWED = " 'wasm-unsafe-eval' blob:; worker-src blob:"
-"""What the page may do beside: compile WebAssembly, in a worker."""
+"""Additional permissions of the page: compile WebAssembly, in a worker."""
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A number that the visitor changes."""
+    """Slider for a parameter."""
 
     name: str
-    """Of the parameter, as in `--set`."""
+    """Name of the parameter, as in `--set`."""
     label: str
     words: tuple[str, ...]
-    """The values as they are shown."""
+    """Displayed text of each value."""
     values: tuple[float, ...]
     usual: int
-    """Which of the values is the scenario's."""
+    """Index of the value in the scenario."""
     settings: tuple[tuple[str, ...], ...]
-    """What makes each value, as `--set` takes it; nothing where the controller has the number."""
+    """Arguments of `--set` for each value; empty for a parameter of the controller."""
     shown: tuple[Mapping[str, object], ...]
-    """What each value changes of what the page knows of the stage."""
+    """Changes of the stage data of the page for each value."""
 
 
 @dataclass(frozen=True)
 class ArrayPlace:
-    """An array in the memory of a world: its size [byte] depends on how many robots there are."""
+    """Array in the memory of a world; its size [byte] depends on the number of robots."""
 
     name: str
     fixed: int = 0
     per_robot: int = 0
     per_pair: int = 0
     is_kept: bool = False
-    """The image of the world holds it; others are zeros when it begins."""
+    """Whether the image of the world holds the array; other arrays start as zeros."""
     same: str | None = None
-    """It lies where the array of this name does."""
+    """Name of the array with which it shares its memory."""
 
 
 @dataclass(frozen=True)
 class Driving:
-    """How a visitor drives a robot: what is written to its record, and what a learner observes."""
+    """Layout of the record of a robot that a visitor drives, and of its observation."""
 
     size: int
-    """Of a record [byte]."""
+    """Size of a record [byte]."""
     offset: int
-    """Of the action in a record [byte]."""
+    """Offset of the action in a record [byte]."""
     action: bytes
-    """An action that takes over."""
+    """Action record that replaces the motion."""
     wheels: int
-    """Offset of the speeds of the wheels in an action [byte]."""
+    """Offset of the wheel speeds in an action [byte]."""
     observed: Sequence[tuple[str, str, float]]
-    """Name, unit and lower bound of each number of an observation."""
+    """Name, unit and lower bound of each feature of an observation."""
 
 
 @dataclass(frozen=True)
 class Program:
-    """A swarm whose world runs in the page."""
+    """Program of one swarm that runs in the page."""
 
     controller: str
     colour: str
-    """As `#rrggbb`."""
+    """Colour of the swarm, as `#rrggbb`."""
     code: bytes
-    """A module of WebAssembly that exports `swarm_run`, of `foraging.drawing.run_and_draw`."""
+    """WebAssembly module that exports `swarm_run`: `foraging.drawing.run_and_draw`, compiled."""
     image: bytes
-    """The arrays that are kept, one after the other, as a world begins with them."""
+    """Initial content of the arrays that are kept, one after the other."""
     arrays: Sequence[ArrayPlace]
-    """All arrays, in the order in which `swarm_run` takes them."""
+    """All arrays, in the order of the arguments of `swarm_run`."""
     widths: Sequence[int]
-    """Numbers that it takes after that of the robots: widths of arrays."""
+    """Arguments of `swarm_run` after the number of robots: widths of arrays."""
     patches: Mapping[str, Sequence[Sequence[Patch]]]
-    """What each value of a slider writes into the image, by the slider's name."""
+    """Patches of the image for each value of a slider, by the name of the slider."""
     numbers: Sequence[str]
-    """The sliders that change a number of its controller."""
+    """Names of the sliders that change a parameter of its controller."""
     driving: Driving
 
     def about(self) -> dict[str, object]:
-        """What the page must know of it."""
+        """Return the data of the program that the page needs."""
         return {
             "controller": self.controller,
             "colour": self.colour,
@@ -120,10 +120,10 @@ def playground(  # noqa: PLR0913 what a page is made of
     every: int,
     replays: Sequence[Recording],
 ) -> str:
-    """The HTML page; `columns` are what a program writes of a robot, `every` so many ticks.
+    """Return the HTML page; programs write the `columns` of every robot each `every` ticks.
 
-    `command` is what makes the same episode in a terminal, up to its controllers and after them.
-    `replays` are shown where there is no WebAssembly, one for each program.
+    `command` is the command line for the same episode, up to its controllers and after them.
+    `replays`, one per program, are shown if the browser has no WebAssembly.
     """
     ticks = round(stage.duration / stage.tick)
     packs = [recording.pack() for recording in replays]

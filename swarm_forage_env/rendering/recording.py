@@ -1,7 +1,7 @@
-"""A recording: the scenes of an episode, thinned out, rounded and packed for a page.
+"""Recording: the scenes of an episode, subsampled, rounded and packed for a page.
 
-Each quantity of each robot becomes a column of 16-bit codes over time; what is packed are the
-differences from frame to frame, low bytes and high bytes apart, which deflate well.
+Each quantity of each robot becomes a column of 16-bit codes over time. Packed are the differences
+from frame to frame, with low and high bytes apart, which compress well.
 """
 
 import math
@@ -15,23 +15,23 @@ from swarm_forage_env.scene import Scene
 
 CODES = 2**16
 SENDER_AND_RECEIVER = np.array([CODES, 1])
-"""What makes one number of both."""
+"""Factors that encode sender and receiver as one integer."""
 
 PLACE, BELIEVED, PATH, WHOLE = 0.001, 0.002, 0.005, 1.0
-"""Steps of places where robots are and where they believe areas to be, of paths travelled and
-standard deviations [m], and of whole numbers; coarser only where the range needs it."""
+"""Resolution of true positions, of believed positions, of path lengths and standard deviations
+[m], and of integers; coarser only if the range requires it."""
 
 TURN = 2.0 * math.pi / 1024
-"""Step of headings [rad]; CODES of them are whole turns."""
+"""Resolution of headings [rad]; CODES steps are a whole number of turns."""
 
 ANGLES = ("heading", "direction")
-"""Columns of angles: turned since the first frame, so that the last code follows the first."""
+"""Columns of angles, unwrapped over the frames; their codes wrap around."""
 
 
 class Recording:
-    """Scenes in order: the first of every few, and the last.
+    """Every n-th scene of an episode (n = `every`), and the last.
 
-    What is heard in between counts as heard in the next scene that is kept.
+    Messages of skipped scenes are assigned to the next scene that is kept.
     """
 
     def __init__(self, every: int = 1) -> None:
@@ -58,11 +58,11 @@ class Recording:
         self._scenes += 1
 
     def pack(self) -> tuple[dict[str, object], bytes]:
-        """What a reader must know about the packed numbers, and those numbers, deflated.
+        """Return a description of the packed values, and the values, deflated.
 
-        Little-endian: times [s] and shares of robots as float32, the number of messages up to and
-        with each frame as uint32, sender and receiver of each as uint16, and then each column,
-        robot by robot: low bytes of all differences, then high bytes.
+        Little-endian: times [s] and shares of robots as float32, the cumulative number of messages
+        per frame as uint32, sender and receiver of each message as uint16, and then each column:
+        low bytes of the differences of all robots, one robot after the other, then high bytes.
         """
         if self._latest is None:
             raise ConfigError("no scene was recorded: add one before writing")
@@ -93,7 +93,7 @@ class Recording:
 
 
 def _columns(scene: Scene) -> dict[str, tuple[float, Array]]:
-    """What is recorded of each robot, as the page calls it: in which steps, and the numbers."""
+    """Return the recorded columns by their names in the page: resolution and values per robot."""
     x, y, heading = scene.pose.T
     columns: dict[str, tuple[float, Array]] = {
         "x": (PLACE, x),
@@ -122,7 +122,7 @@ def _place(name: str, step: float, places: Array) -> dict[str, tuple[float, Arra
 
 
 def _scale(name: str, step: float, values: Float32[Array, "robots frames"]) -> tuple[float, float]:
-    """The value of code 0, and the step from code to code."""
+    """Return the value of code 0, and the step between codes."""
     if name in ANGLES:
         return 0.0, step
     low, high = float(values.min()), float(values.max())

@@ -1,6 +1,6 @@
-"""A replay: an episode as one HTML file that plays in a browser, without server or network.
+"""Replay: an episode as one HTML file that plays in a browser, without server or network.
 
-The page is put together from the files in `page/`; `recording.py` packs the numbers.
+The page is assembled from the files in `html/`; `recording.py` packs the values.
 """
 
 import base64
@@ -21,49 +21,49 @@ from swarm_forage_env.rendering.trails import JUST_NOW, TRAIL
 from swarm_forage_env.scene import EXPLORING, STATES, WITHIN, Outline, Scene, Stage
 
 BUDGET = 6_000_000
-"""Size that a file should not exceed [byte]; the time between frames follows."""
+"""Target for the size of a file [byte], which determines the time between frames."""
 
 BYTES_PER_ROBOT = 12
-"""A robot in one frame takes about this much of the file [byte]; es1 and es3 take less."""
+"""Approximate size of one robot in one frame [byte]; smaller in es1 and es3."""
 
 SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "drive", "live", "player")
-"""The page's scripts, in the order they are read."""
+"""Scripts of the page, in loading order."""
 
 
 OF_STAGE = (
     "scenario", "length", "width", "kinds", "names", "moves", "tick", "states", "headings"
 )  # fmt: skip
-"""What a page calls as a stage does."""
+"""Fields of a stage that have the same name in the page."""
 
 COLOURS = (
     "message", "selected", "faulty", "goal", "right", "wrong", "estimate", "lidar", "floor", "wall",
     "ink", "faint",
 )  # fmt: skip
-"""What a page calls as the palette does, in small letters."""
+"""Colours of the palette that have the same name, in lower case, in the page."""
 
 
 @dataclass(frozen=True)
 class Opening:
-    """How a page opens, and what it shows beside the first swarm."""
+    """Initial state of a page, and the second swarm that it shows."""
 
     start: float = 0.0
-    """The time at which it begins [s]; earlier scenes are for trails alone."""
+    """Time at which playback starts [s]; earlier scenes only provide trails."""
     speed: float = 10.0
-    """Multiple of real time."""
+    """Playback speed, as a multiple of real time."""
     select: int | None = None
-    """The robot that is chosen."""
+    """Index of the selected robot."""
     beside: str | None = None
-    """What moves a second swarm in the same world, shown beside the first."""
+    """Controller of a second swarm in the same world, shown next to the first."""
     colours: tuple[str, ...] = ("#0072b2", "#e69f00")
-    """The colour of each controller, as `#rrggbb`: of its curves, and beside its name."""
+    """Colour of the curves and the label of each controller, as `#rrggbb`."""
 
 
 class Replay:
-    """Writes the scenes of one episode, or of two in the same world, as one HTML file.
+    """Writer of the scenes of one episode, or of two in the same world, as one HTML file.
 
-    `command` is what the user typed to make the episode. Every scene becomes a frame as long as the
-    file stays below `BUDGET`; beyond, every second, every fourth and so on. `n_scenes` is how many
-    will be added to each swarm; all of an episode if it is left out.
+    `command` is the command line that produced the episode. Every scene becomes a frame if the file
+    stays below `BUDGET`; otherwise every second scene, every fourth, and so on. `n_scenes` is the
+    number of scenes per swarm; None: those of a whole episode.
     """
 
     def __init__(
@@ -90,9 +90,9 @@ class Replay:
         self._recordings[which].add(scene)
 
     def write(self, file: Path) -> None:
-        """Write the page to a file, which appears whole or not at all.
+        """Write the page to a file, atomically.
 
-        ConfigError where no scene was added or the file cannot be written.
+        ConfigError if no scene was added or the file cannot be written.
         """
         page = self.page()
         try:
@@ -101,9 +101,9 @@ class Replay:
             raise ConfigError(f"{file}: cannot be written ({error.strerror})") from None
 
     def page(self) -> str:
-        """The HTML page.
+        """Return the HTML page.
 
-        ConfigError where no scene was added, or not the same times for both swarms.
+        ConfigError if no scene was added, or if the scenes of two swarms differ in their times.
         """
         packs = [recording.pack() for recording in self._recordings]
         if len({(about["frames"], about["every"]) for about, _ in packs}) > 1:
@@ -129,9 +129,9 @@ def page_of(
     also: str = "",
     others: str = "",
 ) -> str:
-    """The HTML page of some swarms, with the packed numbers of each.
+    """Return the HTML page of some swarms, with the packed values of each.
 
-    `also` is what a script of the page may do beside; `others` are elements that it reads.
+    `also` holds additional permissions of its scripts; `others` are elements that they read.
     """
     first, *beside = swarms
     content = json.dumps({**about, **first, "beside": beside})
@@ -148,7 +148,7 @@ def page_of(
 
 
 def about_of(stage: Stage, command: str, opening: Opening) -> dict[str, object]:
-    """What a page must know of a stage, and how it opens."""
+    """Return the data of a stage that a page needs, and its initial state."""
     return {
         **{name: getattr(stage, name) for name in OF_STAGE},
         **{name: getattr(opening, name) for name in ("start", "speed", "select")},
@@ -169,7 +169,7 @@ def about_of(stage: Stage, command: str, opening: Opening) -> dict[str, object]:
 
 
 def obstacles_shown(obstacles: Sequence[Outline]) -> list[dict[str, object]]:
-    """Obstacles as a page draws them."""
+    """Return obstacles in the format of the page."""
     return [
         {"points": each.points.tolist(), "radius": each.radius, "closed": each.is_closed}
         for each in obstacles
@@ -188,7 +188,7 @@ def _colours() -> dict[str, str | list[str]]:
 
 
 def _css(colour: palette.Colour) -> str:
-    """As the page writes it.
+    """Format a colour for the page.
 
     >>> _css((0, 114, 178))
     '#0072b2'
@@ -197,11 +197,11 @@ def _css(colour: palette.Colour) -> str:
 
 
 def element_of(name: str, packed: bytes) -> str:
-    """The element of a page that holds packed numbers, as those of a swarm."""
+    """Return the element of a page that holds packed values, such as those of a swarm."""
     text = base64.b64encode(packed).decode("ascii")
     return f'<script type="text/plain" id="{name}">{text}</script>'
 
 
 def part(name: str) -> str:
-    """A file that pages are put together from."""
+    """Return the content of a source file of the pages."""
     return (resources.files(__package__) / "html" / name).read_text(encoding="utf-8")

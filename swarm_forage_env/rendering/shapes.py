@@ -1,4 +1,4 @@
-"""Shapes, drawn large: a picture made smaller afterwards has smooth edges."""
+"""Shapes, drawn enlarged: scaling the picture down smooths their edges."""
 
 import math
 from collections.abc import Sequence
@@ -13,16 +13,16 @@ from swarm_forage_env.rendering.palette import Colour
 from swarm_forage_env.scene import EXPLORING
 
 Point = Sequence[float] | Float64[Array, " 2"]
-"""A place on a surface [px]."""
+"""Position on a surface [px]."""
 
 
 def draw_robot(
     surface: pygame.Surface, at: Point, heading: float, doing: int, size: tuple[float, float]
 ) -> None:
-    """Draw a disc in the colour of what the robot does, with a wedge that points ahead.
+    """Draw a robot as a disc in the colour of its state, with a wedge that points ahead.
 
-    `size` is the radius and the thickness of the rim [px]; the rim keeps the robot apart from
-    floor and neighbours, and takes a fifth of the radius at most.
+    `size` is the radius and the thickness of the rim [px]; the rim takes at most a fifth of the
+    radius.
     """
     radius, rim = size[0], min(size[1], 0.2 * size[0])
     c, s = math.cos(heading), -math.sin(heading)
@@ -38,7 +38,7 @@ def draw_robot(
 
 
 def draw_cross(surface: pygame.Surface, colour: Colour, at: Point, arm: float, width: int) -> None:
-    """Draw a diagonal cross, `arm` being half of its side [px]."""
+    """Draw a diagonal cross; `arm` is half of its side length [px]."""
     x, y = at
     for side in (-arm, arm):
         pygame.draw.line(surface, colour, (x - arm, y - side), (x + arm, y + side), width)
@@ -57,7 +57,7 @@ def draw_belief(
     colour: Colour,
     pixel: float,
 ) -> None:
-    """Draw a believed area, dashed, with a cross at its centre and the ring of its p around it."""
+    """Draw a believed area: a dashed circle, a cross at its centre, and a ring that shows p."""
     area, ring = radii
     width = max(1, round(1.5 * pixel))
     pygame.draw.circle(surface, colour, centre, ring, width)
@@ -74,7 +74,7 @@ def draw_arc(
     receiver: Float64[Array, " 2"],
     width: int,
 ) -> None:
-    """Draw a message, bent to the left of its way: an answer bends the other way."""
+    """Draw a message as an arc that bends to the left; thus two directions do not overlap."""
     share = np.linspace(0.0, 1.0, 17)[:, None]
     bow = 0.35 * np.array([receiver[1] - sender[1], sender[0] - receiver[0]])
     arc = (1.0 - share) * sender + share * receiver + 4.0 * share * (1.0 - share) * bow
@@ -84,9 +84,9 @@ def draw_arc(
 def draw_walls(
     surface: pygame.Surface, points: list[list[float]], radius: float, is_closed: bool
 ) -> None:
-    """Draw an obstacle: a disc, or walls of that radius with round ends, a polygon of them filled.
+    """Draw an obstacle: a disc, walls with round ends, or a filled polygon of walls.
 
-    Points and radius in pixels; thin walls are drawn three pixels wide.
+    Points and radius, half the thickness, are in pixels; thin walls are drawn three pixels wide.
     """
     ends, width = [*points, points[0]] if is_closed else points, max(radius, 1.5)
     if is_closed:
@@ -107,7 +107,7 @@ def dashed_circle(
     radius: float,
     stroke: tuple[int, float],
 ) -> None:
-    """Draw a circle of dashes as long as the gaps; `stroke` is their width and length [px]."""
+    """Draw a circle of dashes, as long as the gaps; `stroke` is their width and length [px]."""
     width, dash = stroke
     n = max(6, round(math.pi * radius / dash))
     for k in range(n):
@@ -117,7 +117,7 @@ def dashed_circle(
 
 
 def draw_goal(surface: pygame.Surface, at: Point, radius: float, pixel: float) -> None:
-    """Draw a ring in which the goal is reached, with a point in its middle [px]."""
+    """Draw a goal: the circle in which it is reached, with a point in its middle [px]."""
     pygame.draw.circle(surface, palette.GOAL, at, radius, max(1, round(1.5 * pixel)))
     pygame.draw.circle(surface, palette.GOAL, at, 1.6 * pixel)
 
@@ -138,7 +138,7 @@ def draw_wrong(surface: pygame.Surface, at: Point, size: float) -> None:
 def draw_ellipse(
     surface: pygame.Surface, centre: Point, axes: tuple[float, float], direction: float, width: int
 ) -> None:
-    """Draw an ellipse of these half axes [px], its long one in a direction of the world [rad]."""
+    """Draw an ellipse of half axes `axes` [px], the first in `direction`, world frame [rad]."""
     angle = np.linspace(0.0, 2.0 * np.pi, 49)
     along, across = axes[0] * np.cos(angle), axes[1] * np.sin(angle)
     c, s = np.cos(direction), np.sin(direction)

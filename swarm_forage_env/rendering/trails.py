@@ -1,4 +1,4 @@
-"""Trails: where the robots of a picture came from, and who was heard just now."""
+"""Trails: recent positions, messages and claims of the robots of a picture."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -9,18 +9,18 @@ from swarm_forage_env.arrays import Array, Float64, Int8, Int32
 from swarm_forage_env.scene import Scene
 
 TRAIL = 20.0
-"""Trails go back this far [s]."""
+"""Duration of a trail [s]."""
 
 POINTS = 25
-"""Points of a trail."""
+"""Number of points of a trail."""
 
 JUST_NOW = 0.5
-"""How long messages are drawn [s]: one tick would be missed between two pictures."""
+"""Time for which messages are drawn [s]: those of one tick could fall between two pictures."""
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A robot at `place` said that it was at its goal, which was judged at `time` [s], [m]."""
+    """Claim of a robot at `place` [m] to be at its goal, judged at `time` [s]."""
 
     time: float
     place: Float64[Array, " 2"]
@@ -29,17 +29,17 @@ class Claim:
 
 
 class Trails:
-    """The recent past of one world, scene by scene."""
+    """Recent scenes of one world."""
 
     def __init__(self) -> None:
         self._past: deque[Scene] = deque(maxlen=POINTS)
         self._heard: deque[Scene] = deque()
         self.claims: deque[Claim] = deque()
-        """The recent claims, oldest first."""
+        """Recent claims, oldest first."""
         self._now = -1.0
 
     def take(self, scene: Scene) -> None:
-        """Remember the next scene; at time 0, or when time runs backwards, an episode begins."""
+        """Add the next scene; a scene at time 0 or before the last one begins an episode."""
         if scene.time < self._now or scene.time == 0.0:
             self._past.clear()
             self._heard.clear()
@@ -65,12 +65,12 @@ class Trails:
             self.claims.popleft()
 
     def trails(self) -> tuple[Float64[Array, "points robots 2"], Int8[Array, "points robots"]]:
-        """Where the robots were, oldest first, and what they were doing there."""
+        """Return the recent positions of the robots, oldest first, and their states there."""
         past = [scene for scene in self._past if scene.time > self._now - TRAIL - 1e-9]
         places = np.stack([scene.pose[:, :2] for scene in past])
         return places, np.stack([scene.doing for scene in past])
 
     def messages(self) -> Int32[Array, "messages ends"]:
-        """Sender and receiver, once each, of what was heard just now."""
+        """Return sender and receiver of each distinct recent message."""
         heard = np.unique(np.concatenate([scene.messages for scene in self._heard]), axis=0)
         return np.asarray(heard.astype(np.int32))

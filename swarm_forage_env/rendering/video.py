@@ -1,4 +1,4 @@
-"""Video: frames to an MP4 or an animated GIF, by the ffmpeg that imageio-ffmpeg brings."""
+"""Video: writes frames to an MP4 or an animated GIF with the ffmpeg of imageio-ffmpeg."""
 
 import subprocess
 from pathlib import Path
@@ -8,19 +8,19 @@ from swarm_forage_env.atomic_write import replacing, temporary_of
 from swarm_forage_env.errors import ConfigError
 
 FPS = 30
-"""Frames in a second of an MP4."""
+"""Frames per second of an MP4."""
 
 GIF_FPS = 12
-"""Frames in a second of a GIF, which stores every one almost whole."""
+"""Frames per second of a GIF, which stores almost every whole frame."""
 
 FORMATS = (".mp4", ".gif")
 
 ONE_PALETTE = "split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=none"
-"""A GIF has 256 colours: those of all frames together, without speckles."""
+"""Filter for one palette of 256 colours for all frames of a GIF, without dithering."""
 
 
 def fps_of(file: Path) -> int:
-    """Frames in a second of a video."""
+    """Return the frames per second of a video file."""
     return GIF_FPS if file.suffix.lower() == ".gif" else FPS
 
 
@@ -29,13 +29,13 @@ FLAGS = {
     " -movflags +faststart -f mp4",
     ".gif": f"-c:v gif -pix_fmt pal8 -filter_complex {ONE_PALETTE} -loop 0 -f gif",
 }
-"""Options of ffmpeg for each format; H.264 in this form has an even width and height."""
+"""Options of ffmpeg for each format; H.264 in yuv420p needs an even width and height."""
 
 
 class Video:
-    """Writes frames of one size to a file, which appears when it is closed.
+    """Writer of frames of one size to a video file, which appears when the writer is closed.
 
-    ConfigError where there is no ffmpeg. Ctrl-C does not reach ffmpeg: its starter ends it.
+    ConfigError without ffmpeg. Ctrl-C does not reach ffmpeg: the calling process ends it.
     """
 
     def __init__(self, file: Path, width: int, height: int) -> None:
@@ -63,7 +63,7 @@ class Video:
         self._frames = self._ffmpeg.stdin
 
     def add(self, frame: UInt8[Array, "height width 3"]) -> None:
-        """Write the next frame. ConfigError where ffmpeg gives up."""
+        """Write the next frame. ConfigError if ffmpeg fails."""
         left = memoryview(frame.tobytes())
         try:
             while left:
@@ -72,19 +72,19 @@ class Video:
             raise self._refusal() from None
 
     def close(self) -> None:
-        """Finish the file and give it its name. ConfigError where ffmpeg cannot write it."""
+        """Finish the file and rename it to its final name. ConfigError if ffmpeg fails."""
         with replacing(self._file):
             if self._end() != 0:
                 raise self._refusal()
 
     def discard(self) -> None:
-        """Stop, and leave nothing behind."""
+        """Stop ffmpeg and delete the unfinished file."""
         self._ffmpeg.kill()
         self._end()
         self._trial.unlink(missing_ok=True)
 
     def _end(self) -> int:
-        """The exit status of ffmpeg, which finishes its input first."""
+        """Close the input of ffmpeg and return its exit status."""
         self._frames.close()
         return self._ffmpeg.wait()
 

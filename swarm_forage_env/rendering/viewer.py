@@ -1,4 +1,4 @@
-"""Viewer: what the render() of every environment draws with; its frames, and maps in characters."""
+"""Viewer: implements render() of all environments; frames as arrays and maps as text."""
 
 import base64
 from importlib.util import find_spec
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from swarm_forage_env.rendering.window import Window
 
 RENDER_MODES = ("human", "rgb_array", "ansi")
-"""A live window, frames as arrays, or maps of characters."""
+"""Render modes: a live window, frames as arrays, or maps as text."""
 
 FRAME_WIDTH, WINDOW_WIDTH = 512, 720
 """Default width of a picture [px]."""
 
 
 class Frame(np.ndarray):
-    """An array of rows of red, green and blue, from the top; a notebook shows it as a picture."""
+    """Array of shape (height, width, 3), RGB, top row first; a notebook shows it as an image."""
 
     def _repr_html_(self) -> str | None:
-        """The picture, for notebooks; None of what is no picture any more, as a part of one."""
+        """Return the image for notebooks; None if the array is no image, such as a slice of one."""
         if self.ndim != 3 or self.shape[2] != 3 or self.dtype != np.uint8 or 0 in self.shape:
             return None
         import pygame
@@ -41,7 +41,7 @@ class Frame(np.ndarray):
 
 
 def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:
-    """A copy of a picture as an array: rows from the top, red, green and blue."""
+    """Return a copy of a picture as an array: RGB, top row first."""
     import pygame
 
     width, height = picture.get_size()
@@ -50,12 +50,12 @@ def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:
 
 
 def save(picture: "pygame.Surface", file: Path) -> None:
-    """Write a picture to a PNG file, whole or not at all. OSError where that fails."""
+    """Write a picture to a PNG file, atomically. OSError if that fails."""
     write_atomically(file, png(picture))
 
 
 def png(picture: "pygame.Surface") -> bytes:
-    """A picture as the content of a PNG file."""
+    """Return a picture as the content of a PNG file."""
     import pygame
 
     content = BytesIO()
@@ -64,12 +64,12 @@ def png(picture: "pygame.Surface") -> bytes:
 
 
 def installed_modes() -> list[str]:
-    """The render modes that can be had here: without pygame maps of characters alone."""
+    """Return the available render modes; only "ansi" without pygame."""
     return [mode for mode in RENDER_MODES if mode == "ansi" or find_spec("pygame") is not None]
 
 
 def check_render_mode(render_mode: object) -> None:
-    """ConfigError for anything but None and a render mode, or where pygame-ce is missing."""
+    """Raise ConfigError unless the render mode is None, or known and installed."""
     if render_mode is None:
         return
     if render_mode not in RENDER_MODES:
@@ -82,9 +82,9 @@ def check_render_mode(render_mode: object) -> None:
 
 
 class Viewer:
-    """Shows the scenes of one stage: in a window ("human"), as frames ("rgb_array") or as text.
+    """Viewer of one stage: in a window ("human"), as frames ("rgb_array") or as text ("ansi").
 
-    `width` is that of a picture [px]. Nothing is opened before the first scene is drawn.
+    `width` is the width of a picture [px]. The window opens when the first scene is drawn.
     """
 
     def __init__(self, stage: Stage, mode: str, width: int | None = None) -> None:
@@ -103,7 +103,7 @@ class Viewer:
         self._show = Show()
 
     def draw(self, scene: Scene) -> UInt8[Array, "height width 3"] | str | None:
-        """The frame of a scene, or its map; None where it went to the window, or that is closed."""
+        """Return the frame or the map of a scene; None in mode "human", which shows it."""
         if self._is_text:
             return text_of(self._stage, scene)
         if self.window is not None:
@@ -113,24 +113,24 @@ class Viewer:
         return frame_of(self._painter.paint(scene, self._show)).view(Frame)
 
     def close(self) -> None:
-        """Close the window, if there is one; again does nothing."""
+        """Close the window, if there is one; further calls have no effect."""
         if self.window is not None:
             self.window.close()
 
 
 COLUMNS = 60
-"""Characters across an arena."""
+"""Characters per row of a map."""
 
 ASPECT = 2.0
-"""How much higher than broad a character is."""
+"""Height of a character divided by its width."""
 
 FLOOR, NEST_SIGN, PREY_SIGN, ROBOT, GOAL = ".#%o+"
 
 
 def text_of(stage: Stage, scene: Scene) -> str:
-    """The arena from above, x to the right and y upwards, and a line of the time and the score.
+    """Return a map of the arena, x to the right and y upwards, and a line with time and score.
 
-    A robot is its last digit where there are up to ten, else `o`; areas are # and %, goals +.
+    A robot is its index if there are up to ten, else `o`; the nest is #, prey areas %, goals +.
     """
     rows = max(1, round(COLUMNS * stage.width / stage.length / ASPECT))
     size, half = np.array([COLUMNS, rows]), np.array([stage.length, stage.width]) / 2.0

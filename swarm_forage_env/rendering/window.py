@@ -1,4 +1,4 @@
-"""Window: scenes as they come, at a chosen multiple of real time, with keys."""
+"""Window: shows scenes live, at a multiple of real time, with keys."""
 
 import os
 import sys
@@ -16,23 +16,23 @@ from swarm_forage_env.rendering.viewer import save
 from swarm_forage_env.scene import Scene, Stage
 
 FPS = 30
-"""Pictures in a second of the user's time, at most."""
+"""Maximum number of pictures per second of real time."""
 
 BEHIND = 0.25
-"""A window that falls behind its speed by more than this catches up no more [s]."""
+"""Delay beyond which the window no longer catches up with its speed [s]."""
 
 NOTICE = 2.0
-"""How long a notice stands above the arena [s]."""
+"""Time for which a notice is shown above the arena [s]."""
 
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
-"""Variables that name a display on Linux; without any, SDL opens a window that nobody sees."""
+"""Variables that name a display on Linux; without them SDL opens an invisible window."""
 
 
 class Window:
-    """A window on the user's screen; it opens with the first scene.
+    """Window on the screen, which opens with the first scene.
 
-    A scene that would come sooner than the next picture is due is remembered, not drawn.
-    ConfigError for a width out of bounds.
+    Scenes before the time of the next picture are added to the trails, but not drawn.
+    ConfigError if the width is out of bounds.
     """
 
     def __init__(
@@ -53,20 +53,20 @@ class Window:
         self._held: set[int] = set()
 
     def drive(self, robot: int) -> None:
-        """Leave the arrow keys to the driver of this robot, and select it."""
+        """Reserve the arrow keys for driving this robot, and select it."""
         self._driven = self.show_what.selected = robot
 
     @property
     def arrows(self) -> tuple[bool, bool, bool]:
-        """Whether the arrows up, left and right are held."""
+        """Whether the arrow keys up, left and right are held down."""
         up, left, right = (key in self._held for key in ARROWS)
         return up, left, right
 
     def show(self, scene: Scene) -> None:
-        """Draw a scene when its time has come, and do what the user asks for meanwhile.
+        """Wait for the time of a scene, handling events, and draw it; blocks while paused.
 
-        Waits while paused. ConfigError where there is no display. Nothing once closed, or when
-        the scene has been shown already.
+        Has no effect if the window is closed or the scene has been shown. ConfigError without a
+        display.
         """
         before = self._scene
         if self.closed:
@@ -93,11 +93,11 @@ class Window:
             self._due = 0.0
 
     def take_past(self, scene: Scene) -> None:
-        """Remember a scene that is not shown: trails begin there."""
+        """Add a scene to the trails without showing it."""
         self._painter.take(scene)
 
     def close(self) -> None:
-        """Close the window; again does nothing."""
+        """Close the window; further calls have no effect."""
         if self._screen is not None:
             pygame.display.quit()
         self._screen = None
@@ -117,7 +117,7 @@ class Window:
         pygame.display.set_caption(f"{self._stage.scenario} {self._stage.controller}")
 
     def _wait_for(self, scene: Scene) -> None:
-        """Sleep until the scene is to be seen, answering the user about FPS times a second."""
+        """Sleep until the time of a scene, handling events about FPS times per second."""
         while not self.closed:
             self._answer()
             wall, then = self._anchor
@@ -161,7 +161,7 @@ class Window:
                     return
 
     def _hold(self, event: pygame.event.Event) -> bool:
-        """Note an arrow that is pressed or let go; whether that is all the event is about."""
+        """Record a pressed or released arrow key; returns whether this consumes the event."""
         if event.type == pygame.WINDOWFOCUSLOST:
             self._held.clear()
         if event.type not in (pygame.KEYDOWN, pygame.KEYUP) or event.key not in ARROWS:
@@ -201,7 +201,7 @@ class Window:
             self.show_what.selected = near if hit else None
 
     def _save(self) -> None:
-        """Write what is seen to a PNG in the current folder."""
+        """Write the current picture to a PNG in the current folder."""
         if self._scene is None:
             return
         name = quote(self._stage.scenario, safe="")
@@ -222,7 +222,7 @@ def _no_display(reason: str) -> ConfigError:
 
 
 ARROWS = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT)
-"""Keys that drive a robot: ahead, to the left, to the right."""
+"""Keys that drive a robot: ahead, left, right."""
 
 FASTER = (pygame.K_PLUS, pygame.K_EQUALS, pygame.K_KP_PLUS)
 SLOWER = (pygame.K_MINUS, pygame.K_KP_MINUS)
@@ -241,4 +241,4 @@ KEYS: dict[int, Callable[[Window], None]] = {
     pygame.K_s: Window._save,
     pygame.K_q: Window.close,
 }
-"""What each key does; `hud.HELP` lists them for the user."""
+"""Action of each key; `hud.HELP` lists them for the user."""
