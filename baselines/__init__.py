@@ -1,1 +1,1 @@
-"""The hand-written controllers. They see a robot's interface only, never the ground truth."""
+"""Hand-written controllers. They read the interface of a robot only, never the ground truth."""

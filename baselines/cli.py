@@ -1,4 +1,4 @@
-"""The commands of `swarm-forage`. Results go to stdout, messages to stderr."""
+"""Commands of `swarm-forage`. Results are written to stdout, messages to stderr."""
 
 import json
 import logging
@@ -43,19 +43,19 @@ def _any_name(incomplete: str) -> list[str]:
 
 
 class _ToStderr(logging.Handler):
-    """Each message is a line on stderr."""
+    """Logging handler that writes each message as a line to stderr."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write one line."""
+        """Write the message of a record as one line."""
         say(record.getMessage())
 
 
 VALUES = {"int": "N", "int range": "N", "float": "X", "str": "NAME", "Path": "PATH", "bool": ""}
-"""The placeholder of a value of each type in help; a switch has none."""
+"""Placeholders of values in help texts, by type; a switch has none."""
 
 
 def value_in_help(parameter: TyperArgument | TyperOption, ctx: Context) -> str:
-    """What help shows beside the name of an argument or option: its choices, or what it takes."""
+    """Return the choices or the placeholder that help shows for an argument or option."""
     is_option = isinstance(parameter, TyperOption)
     if is_option and parameter.metavar is not None:
         return parameter.metavar
@@ -78,7 +78,7 @@ def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> 
         with old_names_told():
             status = commands(arguments, prog_name=program, standalone_mode=False)
         sys.stdout.flush()
-    except BrokenPipeError:  # the reader of our output has had enough
+    except BrokenPipeError:  # the reader has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
@@ -94,7 +94,7 @@ def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> 
 def stoppable(keeps: bool = True) -> Iterator[None]:
     """End a command on Ctrl-C, SIGTERM or SIGHUP with exit status 130 and one line on stderr.
 
-    Either way its workers end with it; `keeps` is whether what it has done is kept.
+    Its workers end, too. `keeps`: the command has saved its progress and can be resumed.
     """
     try:
         with interrupts_raised():

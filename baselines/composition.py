@@ -1,4 +1,4 @@
-"""Composition of the robots of a block of worlds: layers, numbers, and groups with the same."""
+"""Composition of the robots of a block: layers, parameters, and groups with equal functions."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -21,18 +21,18 @@ LAYERS = ("estimator", "weighting", "motion")
 class Layers:
     """The three layers of a controller in a scenario."""
 
-    name: str  # of the controller
+    name: str  # name of the controller
     estimator: EstimatorLayer
     weighting: WeightingLayer
     motion: MotionLayer
     weighting_rule: Any = None
-    """The parameters of a weighting that is a rule in NumPy, which is called."""
+    """Weighting rule in NumPy: a callable; None if the weighting is compiled."""
     motion_rule: Any = None
-    """Those of a motion that is one, which their method `start` returns."""
+    """Parameters whose method `start` returns a motion rule in NumPy; None if it is compiled."""
 
     @property
     def composition(self) -> list[object]:
-        """What each layer consists of, except numbers; or its rule in NumPy."""
+        """Functions of each layer, without parameter values, and its rule in NumPy if any."""
         return [
             functions_of(self.estimator),
             (functions_of(self.weighting), self.weighting_rule),
@@ -41,8 +41,8 @@ class Layers:
 
 
 Row = Sequence[Any]
-"""The controllers, or their layers, of the robots of a world; None for a robot of another team.
-Robots of one controller have the same object."""
+"""Controller, or layers, of each robot of a world; None for robots of other teams. Robots with the
+same controller share one object."""
 
 Members = Bool[Array, " robots"]  # a mask of the robots of a world
 
@@ -50,10 +50,10 @@ Members = Bool[Array, " robots"]  # a mask of the robots of a world
 def settings_of(
     robot_layers: Sequence[Row], parts: Sequence[str], members: Members, is_last: bool = False
 ) -> Array:
-    """A record for each robot of each world: its membership, and the parameters of these layers.
+    """Return a record for each robot of each world: membership, and the parameters of these layers.
 
-    For non-members only the estimator's parameters are written. `is_last`: no other robots of the
-    same estimator are decided after these. Robots with equal parameters share one column.
+    Non-members have parameters of the estimator only. `is_last`: no other robots with the same
+    estimator decide after these. If all robots of each world share one object, there is one column.
     """
     n_worlds, n_robots = len(robot_layers), len(members)
     some = robot_layers[0][int(np.argmax(members))]
@@ -84,7 +84,7 @@ def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, Ker
 
 
 def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[BaseScenario]) -> Sequence[Row]:
-    """The layers of every robot; worlds of the same controllers and scenario share one row."""
+    """Return the layers of each robot; worlds with equal controllers and scenario share one row."""
     made: dict[tuple[int, ...], Row] = {}
     robot_layers = []
     for row, scenario in zip(controllers, scenarios, strict=True):
@@ -111,7 +111,7 @@ def groups_of(row: Row) -> list[Members]:
 
 
 def check_alike(robot_layers: Sequence[Row]) -> None:
-    """ConfigError if the controllers of a robot differ between worlds in more than numbers."""
+    """Raise ConfigError if the controllers of a robot differ between worlds in their functions."""
     pairs = {
         (id(one), id(other)): (one, other)
         for row in {id(row): row for row in robot_layers}.values()
@@ -128,7 +128,7 @@ def check_alike(robot_layers: Sequence[Row]) -> None:
 
 
 def functions_of(layer: EstimatorLayer | WeightingLayer | MotionLayer) -> list[object]:
-    """What a layer consists of, and of its numbers the names and shapes."""
+    """Return the functions of a layer, and names and shapes of its parameters."""
     numbers = ("numbers", "heard_p_share", "own_weighting")
     functions = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
     return [*functions, sorted((name, np.shape(value)) for name, value in layer.numbers.items())]
@@ -136,10 +136,10 @@ def functions_of(layer: EstimatorLayer | WeightingLayer | MotionLayer) -> list[o
 
 @kernel
 def no_motion(*seen: object) -> None:
-    """Leave the command: that of a rule written in NumPy comes as an action."""
+    """Leave the command unchanged: a rule written in NumPy writes an action instead."""
 
 
 @kernel
 def set_stream(memory: Rows, word: np.uint64) -> None:
-    """Set the stream of a motion's memory to its start."""
+    """Write the first word of the random stream to the memory of a motion."""
     memory.stream[0] = word

@@ -1,4 +1,4 @@
-"""A named controller: estimator + weighting + motion, each with its parameters."""
+"""Named controllers: estimator + weighting + motion, each with its parameters."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,15 +23,15 @@ from swarm_forage_env.parameters import (
 from swarm_forage_env.task import World, task_of
 
 REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
-"""Where the parts of each layer are registered."""
+"""Registry of each layer."""
 
 
 @dataclass(frozen=True)
 class LayeredController:
-    """A controller of three layers, which can be named, changed and run.
+    """Controller of three layers, with a name and parameters.
 
     A layer is compiled if its parameters have a method `layer` that does not return None. Otherwise
-    it is a rule in NumPy: a weighting is called, a motion is what its method `start` returns.
+    it is a rule in NumPy: a weighting is a callable, a motion is returned by its method `start`.
 
     >>> from swarm_forage_env.controllers import find_controller
     >>> find_controller("ssgiff:beta=0.001").parameters["weighting.beta"]
@@ -45,17 +45,17 @@ class LayeredController:
 
     @property
     def layers(self) -> dict[str, Parameters]:
-        """The parameters of each layer."""
+        """Parameters of each layer."""
         return {"estimator": self.estimator, "weighting": self.weighting, "motion": self.motion}
 
     @property
     def parameters(self) -> dict[str, object]:
-        """Every parameter by dotted name."""
+        """All parameters by dotted name."""
         return leaves({layer: part.model_dump() for layer, part in self.layers.items()})
 
     @property
     def layer_names(self) -> dict[str, str]:
-        """The name of each layer: that of its part in the registry, or else of its class."""
+        """Name of each layer in its registry, or the name of its class if it is not registered."""
         return {
             layer: REGISTRIES[layer].name_of(type(part)) or type(part).__name__
             for layer, part in self.layers.items()
@@ -63,15 +63,15 @@ class LayeredController:
 
     @property
     def talks(self) -> bool:
-        """Its robots tell each other what a weighting can weigh."""
+        """Whether its robots send estimates that a weighting can use."""
         return bool(getattr(self.estimator, "speaks", True))
 
     def with_parameters(self, values: Mapping[str, object]) -> "LayeredController":
-        """The same controller with some parameters changed, named as `beta` or `weighting.beta`.
+        """Return a copy with changed parameters, named as in `beta` or `weighting.beta`.
 
-        A layer's name chooses another registered part, which keeps the parameters that both have:
-        `estimator=dead_reckoning`. UnknownNameError for an unknown name, ConfigError for a value
-        that does not fit or a missing file.
+        The name of a layer selects another registered part, as in `estimator=dead_reckoning`, which
+        keeps the parameters common to both. UnknownNameError for an unknown name, ConfigError for
+        an invalid value or a missing file.
         """
         chosen = {layer: str(name) for layer, name in values.items() if layer in REGISTRIES}
         changed = self._with_layers(chosen)
@@ -85,7 +85,7 @@ class LayeredController:
             layer: override(changed.layers[layer], to) for layer, to in changes.items()
         }
         for part in parts.values():
-            if hasattr(part, "check_usable"):  # it needs more than numbers, as a policy's file
+            if hasattr(part, "check_usable"):  # it also needs a file, for instance
                 part.check_usable()
         return replace(changed, **parts)
 
@@ -98,7 +98,7 @@ class LayeredController:
         return replace(self, **parts)
 
     def layers_in(self, scenario: BaseScenario) -> Layers:
-        """The three layers in a scenario; ConfigError for a part that does not fit there."""
+        """Return the three layers for a scenario; ConfigError if a part does not support it."""
         estimator = self.estimator.layer(scenario)
         estimator.check_falsifiable(self.name, scenario)
         rules: dict[str, object] = {}
@@ -117,34 +117,34 @@ class LayeredController:
         return Layers(self.name, estimator, weighting, motion, **rules)
 
     def language(self, scenario: BaseScenario) -> tuple[list[object], KernelNumbers | None]:
-        """What its robots understand: messages of estimators with the same functions and, where
-        estimates are corrected jointly, equal numbers."""
+        """Return the key of its messages, which only robots with an equal key understand: functions
+        of the estimator and, in tasks with joint correction, its parameters."""
         layer = self.estimator.layer(scenario)
         numbers = layer.numbers if task_of(scenario).is_joint else None
         return functions_of(layer), numbers
 
     def build_team(self, world: World, seeds: Sequence[int], each: Sequence[Row]) -> RunningLayers:
-        """The running controller of a team, worlds by robots; None for robots of other teams."""
+        """Start a team; `each[world][robot]` is a controller, or None for robots of other teams."""
         return RunningLayers(world, seeds, each)
 
     def check_usable(self, scenario: BaseScenario) -> None:
-        """ConfigError or UnknownNameError if a layer does not support such a world, or lacks
-        something that it needs there; nothing is built."""
+        """Raise ConfigError or UnknownNameError if a layer does not support a scenario or lacks
+        something it needs, such as a file; builds nothing."""
         self.check_supports(scenario)
         for part in (self.estimator, self.weighting, self.motion):
             if hasattr(part, "check_usable"):
                 part.check_usable(scenario)
 
     def assumed(self, scenario: BaseScenario) -> str:
-        """Its assumptions in a scenario, as a line for the user; empty: none."""
+        """Return its assumptions in a scenario as a line of text; empty: none."""
         return ""
 
     def supports(self, scenario: BaseScenario) -> bool:
-        """Every layer is made for the world of this scenario."""
+        """Return whether every layer supports the task of a scenario."""
         return self._unsupported(scenario) is None
 
     def check_supports(self, scenario: BaseScenario) -> None:
-        """ConfigError if a layer is not made for the world of this scenario, or if faults change
+        """Raise ConfigError if a layer does not support the task of a scenario, or if faults change
         messages that the estimator cannot falsify."""
         layer = self._unsupported(scenario)
         if layer is not None:
@@ -155,7 +155,7 @@ class LayeredController:
         self.estimator.layer(scenario).check_falsifiable(self.name, scenario)
 
     def _unsupported(self, scenario: BaseScenario) -> str | None:
-        """The first layer that is not made for the world of this scenario."""
+        """Return the first layer that does not support the task of a scenario, or None."""
         task = task_of(scenario)
         for layer, part in self.layers.items():
             if not {task.name, task.family} & {*getattr(part, "tasks", ("foraging",))}:

@@ -1,6 +1,6 @@
-"""The named baselines, one line each. A name takes parameters: `ssgiff:beta=0.01`.
+"""The named baselines, one line each. Parameters follow the name: `ssgiff:beta=0.01`.
 
-Layers by their own names make a controller too: `social_odometry+sgiff+subsumption`.
+The names of three layers also make a controller: `social_odometry+sgiff+subsumption`.
 """
 
 from collections.abc import Sequence
@@ -67,11 +67,11 @@ TABLE = (
     ("gather", "stops on black floor, and leaves it the less the more are near",
      NoEstimator(), Filter(), Gather()),
 )  # fmt: skip
-"""The strategies of TR 6.1: no communication, and the single and double filters; the double one
-with a penalty on hearsay, and with more frequent exchanges of robots that are unsure; the single
-one with a second witness and a gate against liars; then the filters of covariances that they
-simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and subsumption over its filters, where robots
-forage; and gathering, for the task of aggregation."""
+"""Name, description and layers of each controller, in this order: the strategies of TR 6.1 (no
+communication, single and double filters); double filters with a penalty on hearsay, and with more
+frequent exchanges of unsure robots; the single filter with a second witness and a gate against
+liars; the covariance filters that these simplify (TR 4.2, ANTS 5); subsumption over the filter of
+BOIDS, and the rules of BOIDS 5; gathering, for the aggregation task."""
 
 NAMED = tuple(LayeredController(name, *layers) for name, _, *layers in TABLE)
 
@@ -79,16 +79,16 @@ for controller, (name, about, *_) in zip(NAMED, TABLE, strict=True):
     CONTROLLERS.register(name, about)(controller)
 
 OLD_NAMES = {"dsgiff-wary": "dsgiff-penalised", "dsgiff-brisk": "dsgiff-frequent"}
-"""Names of earlier releases, which work for one more."""
+"""Old name -> new name; old names still work for one release."""
 
 for old, new in OLD_NAMES.items():
     CONTROLLERS.alias(old, new)
 
 
 def compose(name: str, layers: Sequence[str]) -> LayeredController:
-    """The controller of an estimator, a weighting and a motion, each with its defaults.
+    """Return the controller of an estimator, a weighting and a motion with default parameters.
 
-    ConfigError if they are not three, UnknownNameError for one that there is not.
+    ConfigError unless there are three names, UnknownNameError for an unknown name.
     """
     if len(layers) != 3:
         raise ConfigError(

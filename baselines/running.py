@@ -45,7 +45,7 @@ from swarm_forage_env.ticks import joined, nothing
 
 
 def _by_robot(rule: Callable[..., object], inputs: Iterable[Rows], like: Array) -> Array:
-    """What a rule in NumPy gives, by world and robot as `like`; ConfigError for another shape."""
+    """Call a rule in NumPy and reshape its result like `like`; ConfigError if it does not fit."""
     given, rows = np.asarray(rule(*inputs), np.float32), like.shape[0] * like.shape[1]
     if given.shape[:1] != (rows,) or given.size != like.size:
         raise ConfigError(
@@ -56,18 +56,18 @@ def _by_robot(rule: Callable[..., object], inputs: Iterable[Rows], like: Array) 
 
 
 class CompositionGroup:
-    """Robots whose layers have the same functions."""
+    """Group of robots whose layers have the same functions."""
 
     def __init__(
         self, running: "RunningLayers", own: Layers, members: Members, seeds: Sequence[int]
     ) -> None:
-        """`own`: the layers of one of the members."""
+        """Bind the functions of the group; `own` are the layers of one of its members."""
         world, motion = running.world, own.motion
         self.members, self.motion = members, motion
         minds, memory = running.minds, motion.memory.dtype(robots=len(members))
         place = offset_of(minds.dtype, "motion")
         self.memories: Array = np.ndarray(minds.shape, memory, minds, place, minds.strides)
-        """The motion's memory of each robot; that of another group may be larger."""
+        """Memory of the motion of each robot: a view, as other groups may need larger records."""
         self.functions: Mapping[str, Kernel] = {
             **running.estimator.kernels,
             **motion.kernels,
@@ -77,16 +77,16 @@ class CompositionGroup:
             "decide_world": task_of(world.scenario).decide,
             "set_stream": set_stream if "stream" in motion.memory.fields else set_no_stream,
         }
-        self.steer: MotionRule | None = None  # their motion, if it is written in NumPy
+        self.steer: MotionRule | None = None  # the motion, if written in NumPy
         if own.motion_rule is not None:
             self.steer = own.motion_rule.start(world.scenario, seeds)
         self.weigh: WeightingRule | None = own.weighting_rule
-        """Their weighting, if it is written in NumPy."""
-        if hasattr(self.weigh, "start_knowing"):  # it knows the beliefs and the ground truth
+        """Weighting of the group if it is written in NumPy, else None."""
+        if hasattr(self.weigh, "start_knowing"):  # it reads the beliefs and the ground truth
             self.weigh = self.weigh.start_knowing(running, world)
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Reset the motion of the worlds first .. last - 1 to these seeds."""
+        """Reset the motion in worlds first .. last - 1, with these seeds."""
         shape = last - first, len(self.members)
         memory = np.zeros(shape, self.memories.dtype)
         self.motion.memory.restart(memory)
@@ -99,18 +99,18 @@ class CompositionGroup:
                 self.steer.reset(world, seed)
 
     def act(self, action: Array, layer: str, name: str, values: Array) -> None:
-        """Write the values of a rule for the group, where no learner acts."""
+        """Write the values of a rule as actions of the robots of the group without a policy."""
         own = self.members & ((action[layer] == KEEP) | (action[layer] == RULE))
         action[layer][own] = RULE
         action[name][own] = values[own]
 
 
 class RunningLayers:
-    """A running team in a block of worlds; each robot of each world has its own numbers.
+    """Running layers of a team in a block of worlds; parameters may differ by robot and world.
 
-    The weight and the wheels of a tick both depend on the robot's knowledge after listening;
-    messages are merged afterwards, and steer from the next tick on. So one observation holds the
-    inputs of either layer, or both.
+    Weight and wheel speeds of a tick both depend on the beliefs after messages were received.
+    Estimates are merged afterwards and affect the motion from the next tick on. Thus one
+    observation holds the inputs of either layer, or of both.
     """
 
     minds: Array
@@ -118,7 +118,7 @@ class RunningLayers:
     def __init__(self, world: World, seeds: Sequence[int], controllers: Sequence[Row]) -> None:
         """Compile the layers. `controllers[world][robot]` is None for robots of other teams.
 
-        A robot's controller differs from world to world in its numbers only.
+        Between worlds, the controllers of a robot may differ only in their parameters.
         """
         self.world, self._task = world, task_of(world.scenario)
         self.controllers = controllers
@@ -136,12 +136,12 @@ class RunningLayers:
 
     @property
     def has_rules(self) -> bool:
-        """A layer is a rule in NumPy, which is called with all worlds at once."""
+        """Whether a layer is a rule in NumPy, which is called once for all worlds."""
         return any(group.steer is not None or group.weigh is not None for group in self._groups)
 
     @property
     def compiled(self) -> CompiledLayers:
-        """All that it does between two cuts; the groups decide one after the other."""
+        """Compiled layers for the ticks of the block; the groups decide one after the other."""
         n_robots = self.world.n_robots
         groups = [
             CompiledLayers(
@@ -167,7 +167,7 @@ class RunningLayers:
         return joined([*deciding, observing])
 
     def consult(self) -> None:
-        """Call the rules written in NumPy; a learner's action takes precedence, or is added."""
+        """Call the rules written in NumPy. A policy takes precedence; its corrections are added."""
         robots, commanded = self.world.robots, self._task.commanded
         action, command = robots["action"], robots["command"][commanded]
         for group in self._groups:
@@ -183,28 +183,28 @@ class RunningLayers:
                     group.act(action, "weighting", "weight", weights)
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Reset the worlds first .. last - 1 to these seeds."""
+        """Reset the layers in worlds first .. last - 1, with these seeds."""
         self.estimator.mind.restart(self._estimators[first:last])
         self.shared[first:last] = 0.0
         for group in self._groups:
             group.reset(first, last, seeds)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> list[Array]:
-        """The numbers of one world's robots in another scenario, for the team and each group.
+        """Return the parameters of the robots of a world in another scenario: of team and groups.
 
-        ConfigError if a layer is not made for it.
+        ConfigError if a layer does not support the scenario.
         """
         robot_layers = layers_by_robot([self.controllers[world]], [scenario])
         check_alike([self._first_layers, robot_layers[0]])
         return self._settings_of(robot_layers)
 
     def renumber(self, world: int, numbers: Sequence[Array]) -> None:
-        """Use these numbers in one world from now on."""
+        """Write parameters returned by `numbers_in` for one world."""
         for settings, own in zip(self._settings, numbers, strict=True):
             settings[world] = own[0]
 
     def snapshot(self) -> dict[str, Any]:
-        """Copies of all minds, of the numbers of every world, and of motions in NumPy."""
+        """Return copies of all minds, of the parameters of all worlds, and of motions in NumPy."""
         return {
             "minds": self.minds.copy(),
             "shared": self.shared.copy(),
@@ -213,7 +213,7 @@ class RunningLayers:
         }
 
     def restore(self, kept: Mapping[str, Any]) -> None:
-        """Restore a snapshot; arrays keep their place in memory."""
+        """Restore a snapshot in place: the arrays keep their addresses."""
         self.minds[...], self.shared[...] = kept["minds"], kept["shared"]
         for settings, own in zip(self._settings, kept["settings"], strict=True):
             settings[...] = own
@@ -221,7 +221,7 @@ class RunningLayers:
             group.steer = motion
 
     def check_on_gpu(self) -> None:
-        """ConfigError for layers that run on a CPU only, with the reason."""
+        """Raise ConfigError, with the reason, if the layers run on a CPU only."""
         own = self.estimator
         reasons = {
             "a layer of it is a rule in NumPy": self.has_rules,
@@ -238,13 +238,13 @@ class RunningLayers:
                 )
 
     def _motion_inputs(self) -> Iterator[Rows]:
-        """Copies of the inputs of the motion layer, in the order of `steer`."""
+        """Yield copies of the inputs of the motion layer, in the order of `steer`."""
         yield copied_rows(self._estimators, ("situation",))
         for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
             yield copied_rows(self.world.robots, path.split(".")[1:])
 
     def _settings_of(self, robot_layers: Sequence[Row]) -> list[Array]:
-        """The parameters of each robot of each world, for the team and for each group."""
+        """Return the parameters of each robot of each world, for the team and for each group."""
         by_group = [
             settings_of(robot_layers, LAYERS, each.members, is_last=each is self._groups[-1])
             for each in self._groups

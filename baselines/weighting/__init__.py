@@ -1,4 +1,4 @@
-"""Confidence-weighting rules: how much of a heard estimate enters the own one."""
+"""Weighting rules: the weight of a received estimate relative to that of the robot itself."""
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.registry import load_folder

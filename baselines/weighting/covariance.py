@@ -1,4 +1,4 @@
-"""Covariance knowledge: own and heard matrices count alike."""
+"""Weighting for estimators that exchange covariances: both matrices have the same weight."""
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.compiler import kernel
@@ -11,22 +11,22 @@ from swarm_forage_env.record import Numbers
 
 @kernel
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
-    """The weight g = 1 / 2: both covariances count alike."""
+    """Return the weight g = 1 / 2: both covariances have the same weight."""
     return 0.5
 
 
 @WEIGHTING_RULES.register("covariance")
 class Covariance(Parameters):
-    """Own and heard covariance count alike; which estimate counts more, the matrices say.
+    """Own and heard covariance have equal weight; the matrices determine that of the estimates.
 
         g = 1 / 2
 
-    The estimator `covariance` makes the gain matrix K_i = g P_i (g P_i + (1 - g) P_j)^-1 of it:
-    for g = 1/2 the paper's, for g = 0 nothing is taken over, for g = 1 all.
+    The estimator `covariance` computes the gain matrix K_i = g P_i (g P_i + (1 - g) P_j)^-1:
+    g = 1/2 gives that of the paper, g = 0 keeps the own estimate, g = 1 copies the received one.
 
     Source: TR, Eq. 22; ANTS, Section 5 (covariance knowledge).
     """
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
-        """The function of the rule."""
+        """Return the compiled rule."""
         return WeightingLayer(gain)

@@ -1,4 +1,4 @@
-"""The filter's own gain: a correction is made as the estimator computes it."""
+"""Weighting by the gain of the estimator itself."""
 
 from typing import ClassVar
 
@@ -9,10 +9,10 @@ from swarm_forage_env.parameters import Parameters
 
 @WEIGHTING_RULES.register("filter")
 class Filter(Parameters):
-    """The gain that belongs to the estimator, whichever it is.
+    """The gain of the chosen estimator itself.
 
-    Where robots visit waypoints, the whole correction: g = 1. Where they forage, the rule of
-    social odometry, of covariance intersection or of the Kalman filter, as the estimator says.
+    In the waypoints task: the whole correction, g = 1. In the foraging task: the rule of social
+    odometry, covariance intersection or the Kalman filter, depending on the estimator.
 
     Source: BOIDS, Section 2.
     """
@@ -20,5 +20,5 @@ class Filter(Parameters):
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints", "epuck")
 
     def layer(self, scenario: object) -> WeightingLayer | None:
-        """None: that of the estimator."""
+        """Return None, which selects the rule of the estimator."""
         return None

@@ -17,7 +17,7 @@ CENTIMETRES = 100.0
 
 @kernel
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
-    """The Fermi function of an area, written as a tanh, which cannot overflow.
+    """Return the Fermi function of an area, written as a tanh, which cannot overflow.
 
     Source: TR, Eq. 37.
     """
@@ -45,5 +45,5 @@ class SGIFF(Parameters):
     )
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
-        """The function of the rule, with its steepness."""
+        """Return the compiled rule with its steepness."""
         return WeightingLayer(gain, {"beta": self.beta}, heard_p_share=1.0)

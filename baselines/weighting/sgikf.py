@@ -11,7 +11,7 @@ from swarm_forage_env.record import Numbers
 
 @kernel
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
-    """The gain g = p_i / (p_i + p_j) of an area; 1/2 where both are 0. Source: TR, Eq. 33."""
+    """Return the gain g = p_i / (p_i + p_j) of an area; 1/2 if both are 0. Source: TR, Eq. 33."""
     own, total = exchange.own_p[area], exchange.own_p[area] + exchange.heard_p[area]
     return float(own / total) if total > 0.0 else 0.5
 
@@ -30,5 +30,5 @@ class SGIKF(Parameters):
     """
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
-        """The function of the rule."""
+        """Return the compiled rule."""
         return WeightingLayer(gain)

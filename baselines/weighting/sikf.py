@@ -1,4 +1,4 @@
-"""The Social Induced Kalman Filter's gain."""
+"""The gain of the Social Induced Kalman Filter."""
 
 import numpy as np
 
@@ -21,16 +21,16 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 @WEIGHTING_RULES.register("sikf")
 class SIKF(Parameters):
-    """The gain of a Kalman filter, with norms of covariances for covariances.
+    """The gain of a Kalman filter, with norms in place of covariance matrices.
 
         g_i = |P_i| / (|P_i| + |P_j|)
 
-    |P| = p^2 [m^2], where p is the standard deviation that the estimator `sikf` shows [m].
+    |P| = p^2 [m^2], where p is the standard deviation computed by the estimator `sikf` [m].
     Not in the paper: two robots that both stand on the area (p_i = p_j = 0) meet half-way.
 
     Source: TR, Eq. 33.
     """
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
-        """The function of the rule."""
+        """Return the compiled rule."""
         return WeightingLayer(gain)

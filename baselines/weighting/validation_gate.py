@@ -1,11 +1,11 @@
-"""Validation gate: what is heard counts only if the own estimate could be that far off.
+"""Validation gate: reject received estimates farther from the own one than errors explain.
 
 BarShalomFortmann1988, Tracking and Data Association: a measurement is associated with a track only
 if it falls into a region around the prediction, as wide as the errors of both explain.
 VanCalck2023, A blockchain-based information market to incentivise cooperation in swarms of
-self-interested robots (Scientific Reports 13), has foraging robots that are sceptical in a similar
-way: a place that differs from their own by more than a share of its distance they take over only
-once another robot tells it too.
+self-interested robots (Scientific Reports 13): foraging robots are sceptical in a similar way. They
+accept a place that differs from their own by more than a share of its distance only if another
+robot confirms it.
 
 Not in the papers, and chosen here:
 - the gate is as wide as `slack`, for the radio and for the size of an area, and `drift` of the
@@ -30,7 +30,7 @@ from swarm_forage_env.record import Numbers
 
 @kernel
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
-    """The gain of SGIKF inside the gate, 0 outside of it. Source: BarShalomFortmann1988."""
+    """Return the gain of SGIKF inside the gate, 0 outside. Source: BarShalomFortmann1988."""
     paths = float(exchange.own_p[area]) + float(exchange.heard_p[area])
     if exchange.disagreement[area] > numbers.slack + numbers.drift * paths:
         return 0.0
@@ -39,7 +39,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 @WEIGHTING_RULES.register("validation_gate")
 class ValidationGate(Parameters):
-    """The gain of SGIKF for what lies inside a gate about the own estimate, else none.
+    """The gain of SGIKF for estimates inside a gate around the own one, else 0.
 
         g_i = p_i / (p_i + p_j)  if  d <= slack + drift (p_i + p_j),  else 0
         d = |X_j - x_i|
@@ -58,5 +58,5 @@ class ValidationGate(Parameters):
     )
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
-        """The function of the rule, with the width of the gate."""
+        """Return the compiled rule with the width of the gate."""
         return WeightingLayer(gain, {"slack": self.slack, "drift": self.drift})

@@ -5,8 +5,8 @@ contacts. The origin of a parameter is: published (in the paper), code (in the a
 which made the paper's figures) or chosen. BOIDS is Smith et al. 2021.
 
 Not in the paper, and taken from the authors' code:
-- robots start within 1 m of home, at full speed, and turn before they move;
-- the turn rate is the angle to the new course, per second;
+- robots start within 1 m of home, at full speed, and turn before they go;
+- the turn rate is the angle to the new course, a second;
 - first goals lie in one quarter of the square.
 """
 
