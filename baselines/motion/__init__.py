@@ -1,4 +1,4 @@
-"""Motion rules: from a situation to wheels."""
+"""Motions: rules that map the situation of a robot to its command."""
 
 from baselines.motion.base import MOTIONS
 from swarm_forage_env.registry import load_folder

@@ -1,7 +1,7 @@
 """Boids: alignment, separation, cohesion, home and goal, with fixed or adaptive gains.
 
-Smith et al. 2021 (BOIDS), Sections 3 and 4; among e-pucks the rules steer a robot that knows its
-goal, over avoidance and walk: Gutierrez et al. 2009 (TR), Section 5.1.
+Smith et al. 2021 (BOIDS), Sections 3 and 4. The rules steer e-pucks that know their goal, within
+the subsumption of Gutierrez et al. 2009 (TR), Section 5.1.
 
 Not in the paper, and as in the authors' code: every rule seeks its direction from the present
 velocity (`seek`); the sum is a pull at full strength; a robot that has just claimed its goal
@@ -40,26 +40,26 @@ from swarm_forage_env.waypoints.scenario import WaypointsScenario
 STATIC = "of static gains. BOIDS, authors' code (code)"
 
 ALIGN, SEPARATE, COHERE, HOME, GOAL = range(5)
-"""The rules, in the order of the ways and of the gains."""
+"""Indices of the rules in `Ways` and `Gains`."""
 
 N_RULES = 5
 
 Vector = Float32[Array, "2"]
 
 Ways = Float32[Array, "5 2"] | tuple[Vector, Vector, Vector, Vector, Vector]
-"""Where each rule points, body frame."""
+"""Direction of each rule, body frame."""
 
 Gains = Float64[Array, "5"]  # the gain of each rule
 
 Stimuli = Float32[Array, "3"] | tuple[float, float, float]
-"""Robots seen, uncertainty and distance from dead reckoning: each as a share of the highest."""
+"""Robots seen, uncertainty, distance from dead reckoning: each as a share of its maximum."""
 
 
 @kernel
 def adaptive_gains(
     rho: float, s: float, e: float, d_g: float, d_h: float, out_gains: Gains
 ) -> None:
-    """The gains for the stimuli of a robot.
+    """Write the adaptive gains for the stimuli of a robot.
 
         K_a = rho + (1 - d_h) + e
         K_s = (1 - e) + (1 - d_g) + (1 - s)
@@ -68,8 +68,8 @@ def adaptive_gains(
         K_g = (1 - s) + (1 - e) + (1 - d_g)
 
     rho: robots seen, as a share of all; s: norm of the covariance, e: distance from dead
-    reckoning, each as a share of the highest allowed; d_g, d_h: distance to the goal and to
-    home, as a share of the side of the world.
+    reckoning, each as a share of its largest allowed value; d_g, d_h: distance to the goal and
+    to home, as a share of the side of the world.
 
     Source: BOIDS, Eq. 33 to 37.
     """
@@ -82,7 +82,7 @@ def adaptive_gains(
 
 @kernel
 def choose_gains(ways: Ways, stimuli: Stimuli, numbers: Numbers, out_gains: Gains) -> None:
-    """Write the fixed gains or, if `adaptive`, those for the stimuli (rho, s, e) and the ways."""
+    """Write the fixed gains or, if `adaptive`, those for the stimuli (rho, s, e) and `ways`."""
     if numbers.adaptive > 0.0:
         goal, home = ways[GOAL], ways[HOME]
         d_g, d_h = hypot(goal[0], goal[1]) / numbers.side, hypot(home[0], home[1]) / numbers.side
@@ -96,11 +96,11 @@ def choose_gains(ways: Ways, stimuli: Stimuli, numbers: Numbers, out_gains: Gain
 def sum_of_rules(
     gains: Gains, ways: Ways, velocity: Vector, max_speed: float
 ) -> tuple[float, float]:
-    """The direction in which all rules together pull a robot: a unit vector, or zeros.
+    """Return the combined pull of all rules on a robot: a unit vector, or zeros.
 
         A = sum over rules of K F,  A / |A|
 
-    Each force F seeks the way of its rule from the present velocity.
+    Each force F seeks the direction of its rule from the current velocity.
 
     Source: BOIDS, Eq. 24 and 32.
     """
@@ -116,10 +116,10 @@ def sum_of_rules(
 
 
 class FlockMemory(Record):
-    """What boids keep of a robot: the gains of its rules. Writer: `steer`."""
+    """Memory of boids for one robot: the gains of its rules. Writer: `steer`."""
 
     gains: Gains = field(np.float64, 5)
-    """Of alignment, separation, cohesion, home and goal."""
+    """Gains of alignment, separation, cohesion, home and goal."""
 
 
 @kernel
@@ -127,7 +127,7 @@ def steer(
     situation: Situation, readings: Readings, acceleration: Vector, memory: FlockMemory,
     numbers: Numbers,
 ) -> None:  # fmt: skip
-    """Write the acceleration by all rules, in the body frame; no gain for a goal just claimed."""
+    """Write the acceleration of all rules, body frame; the gain of a goal just claimed is 0."""
     s = situation
     ways = (s.alignment, s.separation, s.centre, s.home, s.goal)
     stimuli = (s.density, s.covariance_norm, s.dead_reckoning_offset)
@@ -139,24 +139,24 @@ def steer(
 
 
 class FlockCourse(Course):
-    """A robot's course, and the quantities of one tick of boids. Writer: `steer_epuck`."""
+    """Course of a robot, and the quantities of one tick of boids. Writer: `steer_epuck`."""
 
     ways: Float32[Array, "5 2"] = field(np.float32, 5, 2, unit="m")
-    """Where each rule points, body frame: flow, away from the neighbours, their centre, home,
-    goal."""
+    """Direction of each rule, body frame: mean course of the neighbours, away from them, to their
+    centre, to home, to the goal."""
     stimuli: Float32[Array, "3"] = field(np.float32, 3)
-    """Robots heard, p of the goal, distance from dead reckoning: each as a share of the most."""
+    """Robots heard, p of the goal, distance from dead reckoning: each as a share of its maximum."""
     gains: Gains = field(np.float64, 5)
     """Gain of each rule."""
     velocity: Vector = field(np.float32, 2, unit="m/s")
-    """Of the robot, body frame."""
+    """Velocity of the robot, body frame."""
     pull: Vector = field(np.float32, 2)
-    """Unit vector of the pull of all rules, body frame; or zeros."""
+    """Combined pull of all rules, body frame: a unit vector, or zeros."""
 
 
 @kernel
 def see_neighbours(heard: epuck.Heard, ways: Float32[Array, "5 2"]) -> None:
-    """Write the ways of the rules of the neighbours heard: flow, separation, cohesion.
+    """Write the directions of alignment, separation and cohesion from the messages received.
 
     Source: BOIDS, Eq. 21 to 23, of what an e-puck hears.
     """
@@ -179,7 +179,7 @@ def see_neighbours(heard: epuck.Heard, ways: Float32[Array, "5 2"]) -> None:
 
 @kernel
 def feel(situation: Foraging, heard: epuck.Heard, course: FlockCourse, numbers: Numbers) -> None:
-    """Write the ways of all rules and the stimuli (rho, s, e) of a robot that forages.
+    """Write the directions of all rules and the stimuli (rho, s, e) of a robot that forages.
 
     Source: BOIDS, Section 4, of what an e-puck hears.
     """
@@ -203,7 +203,7 @@ def steer_epuck(
     course: FlockCourse,
     numbers: Numbers,
 ) -> None:
-    """Subsumption with the pull of the rules as target; `wheels` are the last, and the next.
+    """Steer by subsumption with the pull as target; `wheels` hold the last command, then the next.
 
     Not in the papers, and chosen here:
     - talking, avoiding and the random walk of `subsumption` stay as they are; the rules replace the
@@ -225,7 +225,7 @@ def steer_epuck(
 
 @MOTIONS.register("boids")
 class BoidsParameters(Parameters):
-    """Boids: a robot adds up the rules of its neighbours and its goal, each with a gain."""
+    """Boids: the sum of the rules for neighbours, home and goal, each with a gain."""
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
     gains: Literal["goal", "static", "adaptive"] = Field(
@@ -244,13 +244,13 @@ class BoidsParameters(Parameters):
 
     @property
     def fixed(self) -> tuple[float, float, float, float, float]:
-        """The gains of the rules where they do not adapt."""
+        """Gains of the rules if they do not adapt."""
         if self.gains == "goal":
             return 0.0, 0.0, 0.0, 0.0, 1.0
         return self.alignment, self.separation, self.cohesion, self.homing, self.seeking
 
     def layer(self, scenario: Scenario | WaypointsScenario) -> MotionLayer:
-        """The functions of the motion, with its numbers in a scenario."""
+        """Return the compiled motion with its parameters in a scenario."""
         gains = {"adaptive": self.gains == "adaptive", "gains": self.fixed}
         if isinstance(scenario, WaypointsScenario):
             size = {"side": scenario.task.side, "max_speed": scenario.robot.max_speed}

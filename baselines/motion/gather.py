@@ -33,11 +33,11 @@ from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import Share
 from swarm_forage_env.record import Numbers, field
 
-BLACK_BELOW = 0.25  # floor that looks darker than this is black
+BLACK_BELOW = 0.25  # darker floor counts as black
 
 
 class GatheringCourse(Course):
-    """What a robot that gathers remembers: its course, and whether it has stopped."""
+    """Memory of the motion: the course, and whether the robot has stopped."""
 
     has_stopped: bool = field(np.bool_)
 
@@ -51,10 +51,10 @@ def steer(
     course: GatheringCourse,
     numbers: Numbers,
 ) -> None:
-    """Stop or explore, by the floor and the neighbours. Source: Francesca2014, Garnier2008.
+    """Stop or explore, depending on floor and neighbours. Source: Francesca2014, Garnier2008.
 
-    Who has stopped leaves black floor in a tick with the probability leave / (1 + n)^2, where n
-    robots are near; to explore is to wander and to avoid obstacles, as in subsumption.
+    A robot that has stopped on black floor leaves in a tick with probability leave / (1 + n)^2,
+    where n robots are heard. Exploring is wandering and avoiding obstacles, as in subsumption.
     """
     near = 1.0 + heard.n
     if readings.ground[1] > BLACK_BELOW:
@@ -76,7 +76,7 @@ def steer(
 
 @MOTIONS.register("gather")
 class Gather(SubsumptionParameters):
-    """A robot stops on black floor, and leaves it the less the more robots are near.
+    """Robots stop on black floor, and leave it less often the more robots are near.
 
     Source: Francesca2014 (AutoMoDe), Section 3, for the states; Garnier2008 for leaving.
     """
@@ -88,5 +88,5 @@ class Gather(SubsumptionParameters):
     )
 
     def layer(self, scenario: EpuckScenario) -> MotionLayer:
-        """The functions of the motion, with its numbers in a scenario."""
+        """Return the compiled motion with its parameters in a scenario."""
         return MotionLayer(steer, self.numbers(scenario), GatheringCourse)

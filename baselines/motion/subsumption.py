@@ -33,29 +33,29 @@ from swarm_forage_env.interface import Kernel, MotionLayer
 from swarm_forage_env.parameters import NotNegative, Parameters, Positive, Share
 from swarm_forage_env.record import Numbers, Record, field
 
-Wheels = Float32[Array, "2"]  # the wheel speeds, left and right, as shares of the highest
+Wheels = Float32[Array, "2"]  # left and right wheel speeds, as shares of the maximum
 
 KEEP_RIGHT = -math.pi / 6.0
-"""Robots pass each other on the right, but pass an obstacle right of this on the left [rad]
-(chosen): with the side free, two that meet head-on may choose the same."""
+"""Bearing below which an obstacle is passed on its left, else on its right [rad] (chosen). Robots
+keep right: without a preferred side, two that meet head-on may choose the same one."""
 
 
 class Course(Record):
-    """A robot's course. Writer: `subsume`."""
+    """Course of a robot. Writer: `subsume`."""
 
     hold: float = field(np.float64, unit="ticks")
-    """Ticks to hold a course after avoiding."""
+    """Remaining ticks for which the course of an avoidance is held."""
     turn: float = field(np.float64, unit="rad")
-    """Angle still to turn to it."""
+    """Remaining angle to the course."""
     run: float = field(np.float64, unit="m")
-    """Path left of the straight run."""
+    """Remaining path of the straight run."""
     stream: UInt64[Array, "1"] = field(np.uint64, 1)
-    """Random stream of the walk."""
+    """Random stream of the random walk."""
 
 
 @kernel
 def obstacle(proximity: Float32[Array, "8"], threshold: float, sector: float) -> tuple[bool, float]:
-    """Whether something is in the way, and its bearing in the body frame [rad].
+    """Return whether there is an obstacle to avoid, and its bearing in the body frame [rad].
 
     The bearing is that of the vector sum of the sensors above the threshold within the sector.
 
@@ -64,7 +64,7 @@ def obstacle(proximity: Float32[Array, "8"], threshold: float, sector: float) ->
     nearest = proximity[0]
     for k in range(1, 8):
         nearest = max(nearest, proximity[k])
-    if nearest <= threshold:  # mostly: eight branches that are hard to predict are not taken
+    if nearest <= threshold:  # the usual case: skips eight branches that are hard to predict
         return False, 0.0
     x, y = 0.0, 0.0
     for k in range(8):
@@ -78,13 +78,13 @@ def obstacle(proximity: Float32[Array, "8"], threshold: float, sector: float) ->
 
 @kernel
 def way_round(bearing: float, swerve: float, side: float) -> float:
-    """The course past an obstacle, body frame [rad]: on its left if it is right of `side`."""
+    """Return the course past an obstacle, body frame [rad]: on its left if bearing < side."""
     return wrap(bearing + swerve) if bearing < side else wrap(bearing - swerve)
 
 
 @kernel
 def avoid(course: Course, readings: Readings, numbers: Numbers, side: float) -> bool:
-    """Set a course past an obstacle, if there is one; whether a course is held."""
+    """Set a course past an obstacle, if there is one; returns whether a course is held."""
     seen, bearing = obstacle(readings.proximity, response(numbers.gap), numbers.sector)
     if seen:
         if numbers.literal > 0.0:
@@ -100,7 +100,7 @@ def avoid(course: Course, readings: Readings, numbers: Numbers, side: float) -> 
 
 @kernel
 def wander(course: Course, numbers: Numbers) -> None:
-    """Continue a straight run of the random walk, or turn to a new one."""
+    """Continue a straight run of the random walk, or start a new one."""
     if course.run <= 0.0:
         course.run = exponential(course.stream, 0, numbers.mean_run)
         course.turn = math.pi * symmetric(course.stream, 0)
@@ -109,7 +109,7 @@ def wander(course: Course, numbers: Numbers) -> None:
 
 @kernel
 def head_for(angle: float, creep: float, wheels: Wheels, course: Course, numbers: Numbers) -> None:
-    """Turn the wheels towards a direction of the body frame [rad], and the course against it."""
+    """Write wheel speeds towards a direction in the body frame [rad]; update the course angle."""
     left, right = wheels_towards(angle, creep)
     course.turn = wrap(course.turn - 0.5 * (right - left) * numbers.turn_per_tick)
     wheels[0], wheels[1] = left, right
@@ -124,7 +124,7 @@ def react(
     numbers: Numbers,
     side: float,
 ) -> bool:
-    """Stand while talking, or avoid an obstacle; whether one of the two steered."""
+    """Stop while talking, or avoid an obstacle; returns whether either applied."""
     if situation.is_talking:
         wheels[0] = wheels[1] = 0.0
         return True
@@ -138,7 +138,7 @@ def react(
 def reflex(
     situation: Situation, readings: Readings, wheels: Wheels, course: Course, numbers: Numbers
 ) -> bool:
-    """As `react`, where a learner steers: on either side, so that the learner chooses the lane."""
+    """Apply `react` under a policy: obstacles are passed on either side, as the policy steers."""
     return react(situation, readings, wheels, course, numbers, 0.0)
 
 
@@ -146,9 +146,9 @@ def reflex(
 def walk(
     situation: Situation, wheels: Wheels, is_free: bool, course: Course, numbers: Numbers
 ) -> None:
-    """Continue the random walk of a robot that a learner steers, and write its course.
+    """Continue the random walk of a robot steered by a policy, and write its course.
 
-    `is_free`: no reflex steered, which turns the course itself.
+    `is_free`: no reflex applied; a reflex updates the course itself.
     """
     if is_free:
         if goal_of(situation.goal) < 0:
@@ -159,7 +159,7 @@ def walk(
 
 
 WHERE_A_LEARNER_STEERS: dict[str, Kernel] = {"reflex": reflex, "walk": walk}
-"""The parts of subsumption that continue where a learner steers."""
+"""Parts of subsumption that run under a policy."""
 
 
 @kernel
@@ -171,9 +171,9 @@ def subsume(
     course: Course,
     numbers: Numbers,
 ) -> None:
-    """One tick of all behaviours: communicate-stop, avoid, forage, wander, in this order.
+    """Run one tick of all behaviours in this order: stop to talk, avoid, forage, wander.
 
-    A robot with a goal goes to `target`, body frame [m].
+    A robot with a goal drives to `target`, body frame [m].
     """
     if react(situation, readings, wheels, course, numbers, KEEP_RIGHT):
         return
@@ -194,7 +194,7 @@ def steer(
     course: Course,
     numbers: Numbers,
 ) -> None:
-    """Subsumption on the way to the robot's own target; `wheels` are the last, and the next."""
+    """Steer by subsumption to the target of the robot, and write its wheel speeds."""
     subsume(situation, readings, situation.target, wheels, course, numbers)
 
 
@@ -227,12 +227,12 @@ class SubsumptionParameters(Parameters):
     )
 
     def layer(self, scenario: Scenario) -> MotionLayer:
-        """The functions of the motion, with its numbers in a scenario."""
+        """Return the compiled motion with its parameters in a scenario."""
         own = self.numbers(scenario)
         return MotionLayer(steer, own, Course, kernels=WHERE_A_LEARNER_STEERS)
 
     def numbers(self, scenario: EpuckScenario) -> dict[str, float]:
-        """The parameters as kernels read them, those of subclasses included; times in ticks."""
+        """Return the parameters for kernels, including those of subclasses; times are in ticks."""
         cruise, dt = scenario.robot.cruise_speed, scenario.tick
         own = {name: each for name, each in self if isinstance(each, int | float)}
         del own["hold"]
