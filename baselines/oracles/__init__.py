@@ -1,4 +1,1 @@
-"""Oracles: references that know the ground truth, to compare the other controllers with.
-
-No environment runs one of them.
-"""
+"""Oracles: reference controllers that read the ground truth; no environment runs them."""

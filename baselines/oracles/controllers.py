@@ -1,4 +1,4 @@
-"""The named references, one line each, in a registry of their own."""
+"""The named oracles, one line each, in the registry REFERENCES."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,7 +15,7 @@ from swarm_forage_env.registry import REFERENCES
 
 @dataclass(frozen=True)
 class Oracle(LayeredController):
-    """A controller with a layer that knows the ground truth: for comparison only."""
+    """Controller with a layer that reads the ground truth: for comparison only."""
 
     is_privileged: ClassVar[bool] = True  # no environment runs it
 
@@ -26,8 +26,8 @@ NAMED = (
     Oracle("oracle-weighting", SINGLE, OracleWeighting(), SUBSUMPTION),
     Oracle("oracle-weighting-frequent", FREQUENT, OracleWeighting(), SUBSUMPTION),
 )
-"""Perfect odometry and global communication (ANTS, Section 5); then the best weighting, over the
-exchange of the papers and over that of `dsgiff-frequent`, which is also that of a learned one."""
+"""Perfect odometry and global communication (ANTS, Section 5); then the best weighting, with the
+exchange of the papers and with that of `dsgiff-frequent`, which learned weightings use too."""
 
 ABOUT = (
     "ssgiff whose robots know their poses",

@@ -1,20 +1,20 @@
-"""Global communication: every robot takes the mean of the whole group's estimates.
+"""Global communication: every robot adopts the mean of the estimates of the whole group.
 
 Gutierrez et al. 2008 (ANTS), Section 5: "each robot updates its estimates by averaging the
-knowledge of the whole group". It is a reference, because no robot hears the whole group.
+knowledge of the whole group". It is a reference, since no robot can hear the whole group.
 
 Not in the paper, and chosen here:
-- the group talks through the same radio as in local communication, but its range is unlimited:
-  a beam is measured with the noise of one frame, as nobody stops for it, and the group averages
-  once in the time of an exchange and of the pause after it. Local communication is ahead of it
-  for these two reasons only, so that this choice decides the paper's claim (decision 0022):
-  `through_radio=false`, with exact beams in every exchange time, is ahead;
+- the group uses the radio of local communication with unlimited range: beams have the noise of
+  one frame, as robots do not stop for them, and the group averages once in the time of an exchange
+  and its pause. Only for these two reasons does local communication perform better, so that this
+  choice decides the claim of the paper (decision 0022): with `through_radio=false`, exact beams in
+  every exchange time, global communication performs better;
 - no message is lost;
-- robots tell of the areas that they know; the mean is over them and the robot itself, with equal
-  weights; p becomes the mean of their p;
-- a robot that knows nothing copies the mean, and so is recruited at once; one that just got lost
-  is deaf for `deaf_when_lost` first;
-- a robot on an area is averaged like any other.
+- messages hold the known areas of their sender; the mean is over all senders and the robot itself,
+  with equal weights; p becomes the mean of their p;
+- a robot that knows no area copies the mean, and so is recruited at once; a robot that just got
+  lost first ignores messages for `deaf_when_lost`;
+- estimates of robots on an area have the same weight.
 """
 
 from dataclasses import replace
@@ -42,16 +42,16 @@ from swarm_forage_env.ticks import Arrays
 
 
 class GroupBelief(Belief):
-    """What a robot believes that averages with the whole group."""
+    """Belief of a robot under global communication."""
 
     ticks: int = field(np.int64, unit="ticks")
-    """Ticks since reset, in which the group last averaged at a multiple of the period."""
+    """Ticks since reset; the group averages at multiples of the period."""
     streams: UInt64[Array, "1"] = field(np.uint64, 1)
-    """The radio's random stream of the robot, which the radio does not use: nobody broadcasts."""
+    """Copy of the random stream of the radio, which is unused as no robot broadcasts."""
 
 
 class GroupMind(SocialMind):
-    """All that global communication keeps of a robot."""
+    """Record of the estimator for one robot under global communication."""
 
     belief: GroupBelief = field(GroupBelief)
 
@@ -60,7 +60,7 @@ class GroupMind(SocialMind):
 def measured_beam(
     here: RobotState, there: RobotState, streams: UInt64[Array, "1"], numbers: Numbers
 ) -> tuple[float, float, float]:
-    """Range [m], bearing and bearing back [rad] of a robot at any distance, by one frame."""
+    """Measure range [m], bearing and bearing back [rad] at any distance, with one frame."""
     dx, dy = there.pose[0] - here.pose[0], there.pose[1] - here.pose[1]
     d, bearing = range_and_bearing(dx, dy, here.pose[2])
     back = atan2(-dy, -dx) - there.pose[2]
@@ -76,7 +76,7 @@ def measured_beam(
 
 @kernel
 def tell(mind: GroupMind) -> None:
-    """Write the message: distance, direction and p of every known area."""
+    """Write the message: distance, direction and p of each known area."""
     for area in range(2):
         mind.message.told[area] = mind.belief.known[area]
         write_estimate(mind.belief, area, mind.message)
@@ -84,7 +84,7 @@ def tell(mind: GroupMind) -> None:
 
 @kernel
 def add_own(belief: GroupBelief) -> None:
-    """Start the sums of a robot with its own estimates."""
+    """Initialise the sums of a robot with its own estimates."""
     for area in range(2):
         known = float(belief.known[area])
         belief.heard_weight[area] = known
@@ -95,7 +95,7 @@ def add_own(belief: GroupBelief) -> None:
 
 @kernel
 def add_heard(swarm: Array, minds: Array, i: int, j: int, numbers: Numbers) -> None:
-    """Add the message of robot j to the sums of robot i, in the own frame of i."""
+    """Add the message of robot j to the sums of robot i, in the frame of i."""
     belief, message = minds[i].belief, minds[j].message
     if not (message.told[0] or message.told[1]):
         return
@@ -114,7 +114,7 @@ def add_heard(swarm: Array, minds: Array, i: int, j: int, numbers: Numbers) -> N
 
 @kernel
 def take_mean(belief: GroupBelief) -> None:
-    """Replace the own estimates by the mean over the group."""
+    """Replace the estimates of a robot by the mean over the group."""
     for area in range(2):
         if belief.heard_weight[area] > 0.0:
             belief.location[area, 0], belief.location[area, 1] = heard_place(belief, area)
@@ -124,7 +124,7 @@ def take_mean(belief: GroupBelief) -> None:
 
 @kernel
 def average_robot(swarm: Array, minds: Array, i: int, numbers: Numbers) -> None:
-    """Replace the estimates of robot i by the mean of its own and the others' messages."""
+    """Replace the estimates of robot i by the mean over itself and the messages of the others."""
     add_own(minds[i].belief)
     for j in range(minds.shape[0]):
         if j != i:
@@ -134,7 +134,7 @@ def average_robot(swarm: Array, minds: Array, i: int, numbers: Numbers) -> None:
 
 @kernel
 def average(swarm: Array, minds: Array, numbers: Numbers) -> None:
-    """Average the estimates of one world, once a period."""
+    """Average the estimates in one world, once per period."""
     for i in range(minds.shape[0]):
         minds[i].belief.ticks += 1
     if minds[0].belief.ticks == 1:
@@ -151,7 +151,7 @@ def average(swarm: Array, minds: Array, numbers: Numbers) -> None:
 
 @row_template
 def observe_group(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Update beliefs by the readings, and average with everyone; there are no exchanges of two.
+    """Update beliefs by the readings, then average over the group; there are no pairwise exchanges.
 
     Free names: update_belief, average, describe.
     """
@@ -181,13 +181,13 @@ class GlobalAverage(SocialOdometryParameters):
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario."""
+        """Return the records and functions of the estimator, with its parameters in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "average": average}
         del kernels["falsify"], kernels["repeat"]  # no message that a fault could change
         return replace(super().layer(scenario), kernels=kernels, observe=observe_group)
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
-        """The parameters as kernels read them, and the noise of one frame."""
+        """Return the parameters for kernels, and the noise of one frame."""
         own, radio = super().numbers(scenario), scenario.radio
         return {
             **own,

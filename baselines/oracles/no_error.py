@@ -1,16 +1,15 @@
-"""No odometry error: social odometry whose believed pose follows the true motion.
+"""No odometry error: social odometry with the true motion as odometry.
 
 Gutierrez et al. 2008 (ANTS), Section 5: "robots communicate and are not affected by odometry
 errors".
 
 Not in the paper, and chosen here:
 - robots that "know accurately" also measure each other exactly (`exact_beam`);
-- all else stays as it is: messages are lost, and the weighting rule blends heard estimates,
-  although the own estimate is hardly wrong;
-- the controller's weighting is that of local communication there, the Fermi filter at
-  beta = 1e-3;
-- being pushed or blocked counts as the motion that it truly is, also in p;
-- the own frame is the world frame: no layer can tell.
+- all else is unchanged: messages are lost, and the weighting rule blends received estimates,
+  although the own estimate has hardly any error;
+- the weighting is that of local communication in ANTS: the Fermi filter with beta = 1e-3;
+- pushed and blocked robots count their true motion, also in p;
+- the frame of a robot is the world frame: this does not affect any layer.
 """
 
 from dataclasses import replace
@@ -42,27 +41,27 @@ from swarm_forage_env.ticks import Arrays
 
 
 class ExactBelief(Belief):
-    """The beliefs of a robot that knows its true pose."""
+    """Belief of a robot that knows its true pose."""
 
     true_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """True x, y [m] and heading [rad] in the world frame. Writer: `observe_truth`."""
     is_placed: bool = field(np.bool_)
-    """The believed pose was set to the true one, at the start."""
+    """Whether the estimated pose has been set to the true one, at the start."""
     beam: Float32[Array, "3"] = field(np.float32, 3, unit="m, rad, rad")
-    """True range of the partner [m], its bearing and the bearing back [rad]."""
+    """True range of the partner [m], its bearing and bearing back [rad]."""
     moved: Float32[Array, "2"] = field(np.float32, 2, unit="m, rad")
-    """The true motion of the last tick: distance, negative if backwards [m], and turn [rad]."""
+    """True motion of the last tick: distance, negative if backwards [m], and turn [rad]."""
 
 
 class ExactMind(SocialMind):
-    """All that social odometry without error keeps of a robot."""
+    """Record of the estimator for one robot with perfect odometry."""
 
     belief: ExactBelief = field(ExactBelief)
 
 
 @kernel
 def follow(belief: ExactBelief, axle: float) -> None:
-    """Move the believed pose to the true one, and increase p by the path between them [m]."""
+    """Move the estimated pose to the true one, and increase p by the path between them [m]."""
     pose, true_pose = belief.pose, belief.true_pose
     dx, dy = true_pose[0] - pose[0], true_pose[1] - pose[1]
     dtheta = wrap(true_pose[2] - pose[2])
@@ -80,7 +79,7 @@ def follow(belief: ExactBelief, axle: float) -> None:
 
 @kernel
 def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
-    """Social odometry's tick, with the true motion instead of the odometry."""
+    """Update a belief as social odometry does, with the true motion as odometry."""
     belief = mind.belief
     if not belief.is_placed:
         belief.pose = belief.true_pose
@@ -93,7 +92,7 @@ def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: N
 
 @kernel
 def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Social odometry's exchange, with the true beam instead of the measured one."""
+    """Update an exchange as social odometry does, with the true beam."""
     if not has_partner(minds, i, heard, numbers):
         return False
     belief = minds[i].belief
@@ -111,7 +110,7 @@ def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
 
 @row_template
 def observe_truth(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Tell every robot its true pose, then update beliefs by readings and messages.
+    """Write the true poses to the beliefs, then update these by readings and messages.
 
     Free names: those of observe_world.
     """
@@ -122,7 +121,7 @@ def observe_truth(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 
 class PerfectOdometry(SocialOdometryParameters):
-    """Social odometry whose robots know their poses: the odometry is exact."""
+    """Social odometry of robots that know their poses: the odometry is exact."""
 
     mind = ExactMind
 
@@ -133,7 +132,7 @@ class PerfectOdometry(SocialOdometryParameters):
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario."""
+        """Return the records and functions of the estimator, with its parameters in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "update_belief": update_belief}
         if self.exact_beam:
             kernels["update_exchange"] = listen

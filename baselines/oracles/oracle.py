@@ -1,7 +1,7 @@
-"""The oracle's weighting: the estimate that is truly nearer the area.
+"""Weighting of the oracle: select the estimate with the smaller true error.
 
-Not in the paper: all of it. It is the best that any weighting rule with g in {0, 1} can do in
-one exchange; not a bound on what blending can do, nor on a whole episode.
+Not in the paper: all of it. It is optimal among weighting rules with g in {0, 1} for a single
+exchange; it bounds neither rules that blend estimates nor whole episodes.
 """
 
 from collections.abc import Callable
@@ -18,14 +18,14 @@ from swarm_forage_env.record import Rows, rows
 
 
 class OracleWeighting(Parameters):
-    """Keep the own estimate, or copy the heard one with its p, whichever errs less."""
+    """Keep the own estimate or copy the heard one with its p, whichever has the smaller error."""
 
     heard_p_share: ClassVar[float] = 1.0
 
     def start_knowing(
         self, running: RunningLayers, world: ForagingWorld
     ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
-        """g = 1 where the heard estimate errs less than the own one, else 0, in this world."""
+        """Return a rule: g = 1 if the heard estimate has the smaller error, else 0."""
 
         def weigh(exchange: Rows) -> Float32[Array, "rows areas"]:
             own, heard = errors(running.minds, world)
@@ -38,9 +38,9 @@ class OracleWeighting(Parameters):
 def errors(
     minds: Array, world: ForagingWorld
 ) -> tuple[Float64[Array, "rows areas 2"], Float64[Array, "rows areas 2"]]:
-    """The true errors of the own and the heard places of the areas, world frame [m].
+    """Return the true errors of the own and the heard estimates of the areas, world frame [m].
 
-    They are meaningful only where the place is known, or was heard in an exchange.
+    They are meaningful only for areas that are known, or were heard of in an exchange.
     """
     beliefs = rows(minds["estimator"]["belief"])
     true_pose = world.state.pose
@@ -55,7 +55,7 @@ def moved(
     pose: Float64[Array, "rows 3"],
     to: Float64[Array, "rows 3"],
 ) -> Float64[Array, "rows areas 2"]:
-    """Places seen from `pose`, in the frame in which the same robot stands at `to` [m]."""
+    """Transform places from the frame with the robot at `pose` to that with it at `to` [m]."""
     x, y = (location - pose[:, None, :2]).transpose(2, 0, 1)
     angle = (to[:, 2] - pose[:, 2])[:, None]
     c, s = np.cos(angle), np.sin(angle)
