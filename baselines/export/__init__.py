@@ -1,1 +1,1 @@
-"""Controllers of one robot as machine code: `swarm-forage export`."""
+"""Export of the controller of one robot as machine code: `swarm-forage export`."""

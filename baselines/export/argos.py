@@ -1,8 +1,8 @@
-"""A scenario and a controller for ARGoS 3: an experiment, its floor, and C++ that links the code.
+"""Export of a scenario and a controller to ARGoS 3: experiment, floor, and a controller in C++.
 
-What is written follows the examples and sources of ARGoS (github.com/ilpincy/argos3-examples,
+The files follow the examples and sources of ARGoS (github.com/ilpincy/argos3-examples,
 epuck_obstacleavoidance.argos; github.com/ilpincy/argos3, epuck_entity.cpp, whose robot has the
-radius, axle and ground sensors of ours). It was not run in ARGoS.
+same radius, axle and ground sensors). They have not been run in ARGoS.
 """
 
 import math
@@ -24,16 +24,16 @@ from swarm_forage_env.foraging.scenario import Scenario
 
 Point = Sequence[float]
 
-WALL = 0.02  # thickness of the arena's walls [m], outside of it
+WALL = 0.02  # thickness of the walls [m], outside the arena
 HEIGHT = 0.2  # height of walls and obstacles [m]
-MOST_ROBOTS = 256  # the number of a robot is a byte of its messages
-A_METRE = 400  # pixels of the floor
+MOST_ROBOTS = 256  # messages hold the index of the robot as one byte
+A_METRE = 400  # pixels of the floor image per metre
 
 
 def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
-    """Write `experiment.argos`, `floor.png` and `argos_controller.cpp` beside the machine code.
+    """Write `experiment.argos`, `floor.png` and `argos_controller.cpp` to the folder of the export.
 
-    Robots start where they do in the simulated world of that seed.
+    Robots start at the poses of the simulated world with this seed.
     """
     from matplotlib.image import imsave
 
@@ -56,7 +56,7 @@ def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
 
 
 def experiment(exported: ExportedRobot, seed: int) -> str:
-    """The experiment as XML: time, controller, sensors with their noise, arena, robots, radio."""
+    """Return the experiment as XML: time, controller, sensors with noise, arena, robots, radio."""
     scenario, bodies = exported.scenario, "".join(_bodies(exported, seed))
     sensors, radio = scenario.sensors, scenario.radio
     numbers = {
@@ -76,7 +76,7 @@ def experiment(exported: ExportedRobot, seed: int) -> str:
 
 
 def _bodies(exported: ExportedRobot, seed: int) -> Iterator[str]:
-    """The walls, discs and robots in the arena."""
+    """Yield the elements of walls, discs and robots."""
     scenario = exported.scenario
     for k, (a, b, half) in enumerate(_walls(scenario)):
         along, across = b[0] - a[0], b[1] - a[1]
@@ -96,14 +96,14 @@ def _bodies(exported: ExportedRobot, seed: int) -> Iterator[str]:
 
 
 def _body(head: str, place: Point, turn: float, *more: str) -> str:
-    """An element at a place [m], turned by an angle [rad]."""
+    """Return an element at a place [m], rotated by an angle [rad]."""
     at = f'position="{_numbers((*place, 0.0))}" orientation="{math.degrees(turn):.6g},0,0"'
     lines = f"<{head}>", f"  <body {at} />", *more, f"</{head.partition(' ')[0]}>"
     return "".join(f"    {line}\n" for line in lines)
 
 
 def floor(scenario: Scenario) -> UInt8[Array, "rows columns"]:
-    """The brightness of the floor as ARGoS's image has it, seen from above: y upwards."""
+    """Return the image of the floor for ARGoS: brightness, seen from above, y upwards."""
     half_x, half_y = 0.5 * scenario.arena.length + 0.5, 0.5 * scenario.arena.width + 0.5
     x = np.linspace(-half_x, half_x, round(2 * half_x * A_METRE))
     y = np.linspace(half_y, -half_y, round(2 * half_y * A_METRE))[:, None]
@@ -115,7 +115,7 @@ def floor(scenario: Scenario) -> UInt8[Array, "rows columns"]:
 
 
 def _walls(scenario: Scenario) -> Iterator[tuple[Point, Point, float]]:
-    """Both ends of each wall, and half its thickness [m]."""
+    """Yield both ends of each wall, and half its thickness [m]."""
     x, y = 0.5 * (scenario.arena.length + WALL), 0.5 * (scenario.arena.width + WALL)
     outline = [(-x, -y), (x, -y), (x, y), (-x, y), (-x, -y)]
     yield from ((a, b, 0.5 * WALL) for a, b in pairwise(outline))

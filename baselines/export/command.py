@@ -38,9 +38,9 @@ def export(
 ) -> None:
     """Write the controller of one robot as machine code, with a header and an example for C.
 
-    The example replays 1,000 ticks of a robot in the simulator (vectors.bin), and says in how many
-    the controller commands and tells the same, bit for bit. --argos adds experiment.argos,
-    floor.png and argos_controller.cpp.
+    The example replays 1,000 ticks of a simulated robot (vectors.bin) and reports in how many of
+    them commands and messages are the same, bit for bit. --argos adds experiment.argos, floor.png
+    and argos_controller.cpp.
     """
     from baselines.evaluation.dataset import Dataset
     from baselines.evaluation.experiment_config import find_layered_controller, parse_settings
@@ -57,7 +57,7 @@ def export(
         raise ConfigError(
             f"--argos: ARGoS runs on a computer, not on {target}; add --target x86-64"
         )
-    Dataset(folder).open()  # refuses what cannot be written, as evaluate does
+    Dataset(folder).open()  # refuses a folder that cannot be written to, as evaluate does
     weight = write(exported, target, folder, argos)
     if argos:
         write_argos(exported, folder)

@@ -18,16 +18,16 @@ from swarm_forage_env.record import Field, RecordType, offset_of
 from swarm_forage_env.targets import TARGETS, compiled_for
 
 N_TICKS, SEEDS = 1000, range(10)
-"""Of the vectors: 100 s of the world of one of these seeds, that of the robot which hears most."""
+"""Length of the vectors (100 s); seeds of the worlds of which the busiest robot is recorded."""
 
 CHIP = {"flash": 1024 * 1024, "ram": 192 * 1024}
-"""What an STM32F407, the chip of the e-puck 2, has [bytes]."""
+"""Memory of an STM32F407, the chip of the e-puck 2 [bytes]."""
 
 C_TYPES = {"int8": "int8_t", "int32": "int32_t", "float32": "float", "float64": "double"}
 
 BYTES_A_LINE = 20
 
-COMPILE = {  # how the example is compiled for each target
+COMPILE = {  # command that compiles the example, by target
     "x86-64": "cc -O2 example.c controller.o -o example && ./example",
     "cortex-a": "aarch64-linux-gnu-gcc -O2 example.c controller.o -o example && ./example",
     "wasm32": "zig cc -target wasm32-wasi -O2 example.c controller.o -o example.wasm",
@@ -40,11 +40,11 @@ COMPILE = {  # how the example is compiled for each target
 
 @dataclass(frozen=True)
 class Weight:
-    """What an exported controller takes [bytes]."""
+    """Memory that an exported controller needs [bytes]."""
 
     code: int  # machine code and its constants
-    data: int  # numbers of the layers, as those of a network: constants too
-    ram: int  # what a robot keeps; its stack comes to this
+    data: int  # parameters of the layers, such as weights of a network
+    ram: int  # state of a robot, without its stack
 
 
 ARGOS_ROWS = """\
@@ -52,13 +52,13 @@ ARGOS_ROWS = """\
 | `experiment.argos` | the experiment: arena, robots and noise |
 | `floor.png` | the floor of its arena |
 """
-"""What the README says of the files for ARGoS."""
+"""Rows of the README on the files for ARGoS."""
 
 
 def export(exported: ExportedRobot, target: str, folder: Path, argos: bool = False) -> Weight:
-    """Write the controller of one robot for a target; ConfigError if a chip has no room for it.
+    """Write the controller of one robot for a target; ConfigError if it does not fit on the chip.
 
-    `argos`: the README names the files that `write_argos` adds.
+    `argos`: the README lists the files that `write_argos` adds.
     """
     content = compiled_for(TARGETS[target], exported.llvm_text())
     records = exported.records
@@ -88,18 +88,18 @@ def export(exported: ExportedRobot, target: str, folder: Path, argos: bool = Fal
 
 
 def filled(name: str, words: Mapping[str, object]) -> str:
-    """A template with these words."""
+    """Return a template with these words filled in."""
     text = (files("baselines.export") / "templates" / name).read_text("utf-8")
     return Template(text).substitute(words)
 
 
 def _is_constant(name: str, array: Array) -> bool:
-    """A policy only reads this array; a robot sets whom it acts for."""
+    """Return whether an array of a policy is constant; `pilot_robots` is written in each tick."""
     return name in ARRAYS_KEPT and name != "pilot_robots" and array.nbytes > 0
 
 
 def _of_policy(exported: ExportedRobot) -> dict[str, str]:
-    """What a policy adds: to what a robot keeps, and to what the code takes and is given."""
+    """Return the C code for a policy: fields of the controller, parameters and arguments."""
     fields, taken, arguments = [], [], []
     for name, each in exported.policy.items():
         is_constant = _is_constant(name, each)
@@ -139,7 +139,7 @@ def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, ob
 
 
 def payload_struct(fields: Mapping[str, Field], dtype: RecordType) -> str:
-    """What robots tell each other as a struct of C, with units as comments."""
+    """Return the message as a C struct, with units as comments."""
     lines = ["/* What robots tell of the nest [0] and of the prey area [1]. */", "typedef struct {"]
     if "words" in fields:
         lines[0] = "/* What robots tell each other: its meaning is the policy's. */"
@@ -151,7 +151,7 @@ def payload_struct(fields: Mapping[str, Field], dtype: RecordType) -> str:
 
 
 def _data(exported: ExportedRobot, data: Mapping[str, Array]) -> str:
-    """Sizes and places of what the controller keeps, and the records that do not change."""
+    """Return a C header with sizes and offsets of the records, and the constant records."""
     robots, minds = exported.records.robots.dtype, exported.records.minds.dtype
     heard, at = robots["heard"], offset_of(robots, "heard")
     command = offset_of(robots, "command")

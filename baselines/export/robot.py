@@ -1,8 +1,8 @@
-"""The controller of one robot alone, on its own records: what is flashed is what was simulated.
+"""Controller of one robot, on its own records, with the compiled functions of the simulation.
 
-In every tick it takes in what the robot sensed and heard, decides, and composes the message that
-it tells, by the functions that ticks of a whole world call. It has rows of records for the other
-robots, too, for their messages. What `record_vectors` has seen in a world it repeats, bit for bit.
+In every tick it updates its beliefs from readings and received messages, decides, and composes its
+message. Its records have rows for the other robots, too, which hold their messages. Its outputs
+equal those that `record_vectors` records in a simulated world, bit for bit.
 """
 
 import math
@@ -35,16 +35,16 @@ pilot: Kernel
 act_as_learner: Kernel
 hear_words: Kernel
 apply_action: Kernel
-"""Free names of the templates, beside those of `update_and_describe` and `act`."""
+"""Free names of the templates, besides those of `update_and_describe` and `act`."""
 
 VIEWS = {"swarm": "robots", "voices": "minds", "robot_words": "robots", "mind_words": "minds"}
-"""Further names under which a policy is handed records: which they are."""
+"""Further names of records that are passed to a policy: name -> records."""
 
-TICK = 0  # asks for a tick; a larger number to start the stream of a cause, less one, from a seed
+TICK = 0  # `asked` for a tick; k > 0 seeds the random stream of cause k - 1
 
 
 def run_robot(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int) -> int:
-    """Run a tick of robot i, or start it from a seed; 1 if a number of it cannot be used.
+    """Run a tick of robot i, or seed its stream; returns 1 if its action is not finite, else 0.
 
     Free names: compose, set_stream, pilot; those of `update_and_describe` and `act`.
     """
@@ -61,7 +61,7 @@ def run_robot(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int) 
 
 
 def run_policy(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int) -> int:
-    """The same where a policy is everything. Free names: hear_words, pilot, apply_action."""
+    """Run a tick of `learn=everything`. Free names: hear_words, pilot, apply_action."""
     if asked != TICK:
         return 0
     robots, minds, _, _, _ = records
@@ -73,7 +73,7 @@ def run_policy(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int)
 
 
 def pilot_robot(i: int, piloting: Arrays) -> None:
-    """Let a policy act for robot i, and count its ticks. Free name: act_as_learner."""
+    """Run the policy for robot i, and count its ticks. Free name: act_as_learner."""
     robots, _, ticks, learners, rest = piloting
     learners[0] = i
     act_as_learner(robots, ticks[0], rest)
@@ -82,29 +82,29 @@ def pilot_robot(i: int, piloting: Arrays) -> None:
 
 @dataclass(frozen=True)
 class RobotRecords:
-    """What the controller of one robot keeps, in rows for all robots that it may hear."""
+    """Records of the controller of one robot, with a row for each robot that it may hear."""
 
     robots: Array
     minds: Array
     memories: Array
-    shared: Array  # nothing: no estimator that is exported keeps something of pairs
+    shared: Array  # empty: exported estimators have no records of pairs
     settings: Array
 
 
 class ExportedRobot:
-    """One robot's controller in a scenario: its records, its code, and how it is tried."""
+    """Controller of one robot in a scenario: its records, its code and its test vectors."""
 
     def __init__(self, controller: LayeredController, scenario: Scenario) -> None:
-        """Build the layers; ConfigError for what cannot be exported."""
+        """Build the layers; ConfigError if the controller cannot be exported."""
         self.name, self.scenario, self._controller = controller.name, scenario, controller
         self._pilot, layers = pilot_and_layers(controller, scenario)
         self.views = {} if self._pilot is None else VIEWS
         loop = Loop(scenario, layers, [0], "kinematic")
         compiled = loop.controller.compiled
         self.message = "words"
-        """Where in what a robot keeps its message lies."""
+        """Field of the records `minds` that holds the message."""
         self.payload: Mapping[str, Field] = {"words": PolicyMessages.fields["words"]}
-        """The fields of a message."""
+        """Fields of a message."""
         self._run: Kernel = run_policy
         reasons = {"it knows the truth": is_privileged(controller)}
         if compiled.has_beliefs:
@@ -136,12 +136,12 @@ class ExportedRobot:
 
     @property
     def n_robots(self) -> int:
-        """How many robots there are: numbers of senders are less."""
+        """Number of robots; indices of senders are smaller."""
         return len(self.records.minds)
 
     @property
     def message_dtype(self) -> RecordType:
-        """The record of a message, by the names of `payload`."""
+        """Record type of a message, with the names of `payload`."""
         minds = self.records.minds.dtype
         if self.message == "words":
             return np.dtype([("words", minds["words"])])
@@ -149,7 +149,7 @@ class ExportedRobot:
 
     @cached_property
     def policy(self) -> dict[str, Array]:
-        """What a learned policy reads and writes; nothing without one."""
+        """Arrays that a learned policy reads and writes; empty without one."""
         if self._pilot is None:
             return {}
         kinds = self.records.robots.dtype, self.records.minds.dtype
@@ -161,7 +161,7 @@ class ExportedRobot:
         }
 
     def llvm_text(self) -> str:
-        """The controller as LLVM's text.
+        """Return the controller as LLVM assembly.
 
         Its function takes the records, the arrays and views of a policy, then i, asked and seed.
         """
@@ -182,7 +182,7 @@ class ExportedRobot:
 
     @property
     def vector(self) -> np.dtype[np.void]:
-        """A tick of `vectors.bin`: what the robot senses and hears, and what it then says."""
+        """Record type of a tick in `vectors.bin`: inputs and outputs of the controller."""
         robots, minds = self.records.robots.dtype, self.records.minds.dtype
         heard = robots["heard"]
         slots = heard["sender"].shape[0]
@@ -197,9 +197,9 @@ class ExportedRobot:
         ], align=True)  # fmt: skip
 
     def record_vectors(self, seed: int, i: int, n_ticks: int) -> Array:
-        """What robot i senses, hears and says in a world of the simulator, tick by tick.
+        """Return the inputs and outputs of robot i in a simulated world, tick by tick.
 
-        What it says is known where another robot listens.
+        Its message is recorded in ticks in which the simulator composes it, for a listener.
         """
         loop, vectors = self.loop(seed), np.zeros(n_ticks, self.vector)
         robot, (minds, *_) = loop.world.robots[0, i], loop.controller.compiled.arrays
@@ -220,7 +220,7 @@ class ExportedRobot:
         return vectors
 
     def busiest(self, seeds: Sequence[int], n_ticks: int) -> tuple[int, int]:
-        """The seed, and the robot, that hears most in the first ticks of some worlds."""
+        """Return seed and index of the robot that receives most messages in the first ticks."""
         loop = Loop(self.scenario, self._controller, seeds, "kinematic")
         loop.run(n_ticks)
         messages = loop.world.robots["messages"]
@@ -228,5 +228,5 @@ class ExportedRobot:
         return seeds[int(world)], int(robot)
 
     def loop(self, seed: int) -> Loop:
-        """The simulated world of a seed, about to begin."""
+        """Return the loop of a simulated world with this seed, at its start."""
         return Loop(self.scenario, self._controller, [seed], "kinematic")
