@@ -127,7 +127,7 @@ def list_names(
     ] = None,
     form: ListedFormat = "table",
 ) -> None:
-    """Show all scenarios, controllers, layers and engines, or every number of one of them."""
+    """Show all scenarios, controllers, layers and engines, or all parameters of one of them."""
     from baselines.evaluation import listing
 
     if form == "json":

@@ -1,4 +1,4 @@
-"""Weighting rules: the weight of a received estimate relative to that of the robot itself."""
+"""Weighting rules: weight g of a received estimate, from 0 (keep the own) to 1 (adopt it)."""
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.registry import load_folder

@@ -17,7 +17,7 @@ Capsule = Float64[Array, "5"]
 Capsules = Float64[Array, "obstacles 5"]
 
 ON_AXIS = 1e-9
-"""Distance to an axis below which a point counts as on it [m]: the way out is undefined."""
+"""Distance to an axis below which a point counts as on it [m]; the way out is then undefined."""
 
 
 @kernel
