@@ -1,8 +1,8 @@
-"""BenchMARL's tasks: a name of the enum, and a file of `parallel_env`'s keywords, for each.
+"""Tasks for BenchMARL, each of them a file of keywords of `parallel_env`.
 
     python -m training.benchmarl_tasks task=swarm_forage/near algorithm=mappo
 
-A file in `conf/task/swarm_forage` is a task of the enum: another one is another file.
+Each file in `conf/task/swarm_forage` is a task of the enum; a new file adds a task.
 """
 
 from collections.abc import Callable
@@ -35,16 +35,16 @@ CONF = Path(__file__).parent / "conf"
 FOLDER = CONF / "task" / "swarm_forage"
 
 MAX_FRAMES = 2000
-"""Steps of an episode of which a video is made: BenchMARL holds all of its frames in memory."""
+"""Longest episode that is drawn to a video [steps]: BenchMARL holds all of its frames in memory."""
 
 
 class SwarmForageClass(TaskClass):  # type: ignore[misc]
-    """Tells BenchMARL how to make a task, and what it can do.
+    """Description of a task for BenchMARL: how to make its environment, and what it supports.
 
-    `config` holds keywords of `parallel_env`, without the card of a rung (`training.ladder`), and
-    `reward_scale`, a factor of the rewards: values of 0.01, as those of round trips, drown in the
-    noise of a value network's updates. `discrete` counts only for algorithms of discrete actions,
-    which have the default choices without it.
+    `config` holds keywords of `parallel_env` and `reward_scale`, a factor of the rewards: values of
+    0.01, as those of round trips, drown in the noise of a value network's updates. The card of a
+    rung (`training.ladder`) is ignored. `discrete` applies to algorithms of discrete actions only,
+    which use the default choices without it.
     """
 
     def __init__(self, name: str, config: dict[str, Any]) -> None:
@@ -55,94 +55,94 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
     def get_env_fun(
         self, num_envs: int, continuous_actions: bool, seed: int | None, device: torch.device | str
     ) -> Callable[[], EnvBase]:
-        """A function that makes one block of `num_envs` worlds.
+        """Return a function that makes one block of `num_envs` worlds.
 
-        BenchMARL gives one seed to the worlds of training and of evaluation. Here each block
-        draws its own after it, so that no policy is evaluated on episodes of its training.
+        BenchMARL gives one seed to the worlds of training and of evaluation. Here each block draws
+        its own seed from torch, so that no policy is evaluated on episodes of its training.
         """
         discrete = False if continuous_actions else self.config.get("discrete") or True
         options = {**self.config, "discrete": discrete, "n_worlds": num_envs, "device": device}
         return lambda: SwarmTorchEnv(**options, seed=int(torch.randint(2**31, ())))
 
     def supports_continuous_actions(self) -> bool:
-        """Steering and weights as numbers."""
+        """Return True: steering and weights can be continuous."""
         return True
 
     def supports_discrete_actions(self) -> bool:
-        """Steering and weights as choices among a few."""
+        """Return True: steering and weights can be choices among a few values."""
         return True
 
     def has_render(self, env: EnvBase) -> bool:
-        """The task can be drawn, its episodes are short, and the extra `render` is installed."""
+        """Return whether worlds can be drawn, episodes are short, and `render` is installed."""
         has_extra = all(find_spec(name) for name in EXTRAS["render"])
         return has_extra and env.has_render and env.max_cycles <= MAX_FRAMES
 
     def max_steps(self, env: EnvBase) -> int:
-        """Decisions in an episode."""
+        """Return the number of decisions in an episode."""
         return int(env.max_cycles)
 
     def group_map(self, env: EnvBase) -> dict[str, list[str]]:
-        """One group of all robots that learn."""
+        """Return one group of all robots that learn."""
         return dict(env.group_map)
 
     def observation_spec(self, env: EnvBase) -> Composite:
-        """What the robots observe."""
+        """Return the spec of the robots' observations."""
         return _only(env, "observation")
 
     def info_spec(self, env: EnvBase) -> Composite:
-        """Infos of the robots."""
+        """Return the spec of the robots' infos."""
         return _only(env, "info")
 
     def state_spec(self, env: EnvBase) -> Composite:
-        """True poses and all beliefs, for mixers and centralised critics."""
+        """Return the spec of true poses and all beliefs, for mixers and centralised critics."""
         return Composite({"state": env.full_observation_spec_unbatched["state"].clone()})
 
     def action_spec(self, env: EnvBase) -> Composite:
-        """What the robots do."""
+        """Return the spec of the robots' actions."""
         return env.full_action_spec_unbatched
 
     def action_mask_spec(self, env: EnvBase) -> None:
-        """Every action can be chosen at any time."""
+        """Return None: every action can be chosen at any time."""
         return
 
     def log_info(self, batch: TensorDictBase) -> dict[str, float]:
-        """The means of the logged numbers of the episodes that ended in a batch."""
+        """Return the means of the logged metrics of the episodes that ended in a batch."""
         episodes = self._one_world.episodes(batch)
         return {f"collection/{name}": float(v.mean()) for name, v in episodes.items() if len(v)}
 
     def get_env_transforms(self, env: EnvBase) -> list[Transform]:
-        """The scale of the rewards."""
+        """Return the transform that scales the rewards."""
         keys = [(group, "reward") for group in self.group_map(env)]
         return [RewardScaling(0.0, self._reward_scale, in_keys=keys)]
 
     def get_reward_sum_transform(self, env: EnvBase) -> RewardSum:
-        """Of the worlds of training only: sums of rewards, and episodes of all phases at once."""
+        """Return the transform that sums rewards and staggers first episodes, for training only."""
         return StaggeredRewardSum(reset_keys=["_reset"])
 
     @staticmethod
     def render_callback(experiment: Experiment, env: EnvBase, data: TensorDictBase) -> Frame:
-        """A small frame of the first world."""
+        """Return a frame of the first world, at half the resolution."""
         for logger in experiment.logger.loggers:
-            if isinstance(logger, CSVLogger):  # its own writer is gone from torchvision
+            if isinstance(logger, CSVLogger):  # torchvision no longer has its writer
                 logger.log_video = partial(write_video, Path(logger.experiment.log_dir))
         return np.ascontiguousarray(env.render()[::2, ::2])
 
     @staticmethod
     def env_name() -> str:
-        """The name under which BenchMARL looks for tasks and files results."""
+        """Return the name under which BenchMARL finds tasks and stores results."""
         return "swarm_forage"
 
     @cached_property
     def _one_world(self) -> SwarmTorchEnv:
-        """Knows what is logged, and how."""
+        """One world, which provides the names of the logged metrics and how to combine them."""
         return SwarmTorchEnv(**self.config)
 
 
 class StaggeredRewardSum(RewardSum):  # type: ignore[misc]
-    """Sums up the rewards of episodes, the first of which end one after the other.
+    """Sum of the rewards of each episode; the first episodes of the worlds end at different times.
 
-    Else all worlds are in one phase of their episodes at once: a policy that learns from the last
-    ones forgets what it learned from the first.
+    Otherwise all worlds are in the same phase of their episodes: a policy that learns from late
+    phases forgets what it learned from early ones.
     """
 
     _has_begun = False
@@ -150,7 +150,7 @@ class StaggeredRewardSum(RewardSum):  # type: ignore[misc]
     def _reset(
         self, tensordict: TensorDictBase, tensordict_reset: TensorDictBase
     ) -> TensorDictBase:
-        """After the first reset, which starts all worlds."""
+        """Stagger the episodes at the first reset, which starts all worlds."""
         if not self._has_begun:
             self.parent.base_env.array_env.episodes.stagger()
             self._has_begun = True
@@ -158,10 +158,10 @@ class StaggeredRewardSum(RewardSum):  # type: ignore[misc]
 
 
 class EpisodeMetrics(Callback):  # type: ignore[misc]
-    """Logs the metrics of the episodes of an evaluation, as their round trips.
+    """Callback that logs metrics of the episodes of an evaluation, such as their round trips.
 
-    The first one, the score, is written beside the return into the JSON file of marl-eval. `last`
-    holds those of the last evaluation: by name, a number for each episode.
+    The first metric, the score, is also written to the JSON file of marl-eval, with the return.
+    `last` holds the metrics of the last evaluation: by name, one value per episode.
     """
 
     def __init__(self) -> None:
@@ -169,7 +169,7 @@ class EpisodeMetrics(Callback):  # type: ignore[misc]
         self.last: dict[str, Tensor] = {}
 
     def on_evaluation_end(self, rollouts: list[TensorDictBase]) -> None:
-        """Log the means, and the score of each episode."""
+        """Log the means of the metrics, and the score of each episode."""
         experiment = self.experiment
         env = experiment.test_env
         episodes = [env.episodes(each) for each in rollouts]
@@ -184,13 +184,13 @@ class EpisodeMetrics(Callback):  # type: ignore[misc]
 
 
 class KeepsPolicy(Callback):  # type: ignore[misc]
-    """Keeps the latest policy in the experiment's folder with its card, as `policy.pt`.
+    """Callback that saves the latest policy and its card in the experiment's folder: `policy.pt`.
 
     `swarm-forage evaluate near torchscript:policy.pt` runs it under the keywords of the training.
     """
 
     def on_train_end(self, training_td: TensorDictBase, group: str) -> None:
-        """Keep what the last update has made."""
+        """Save the policy after an update."""
         experiment = self.experiment
         save_policy(experiment.policy, experiment.test_env, experiment.folder_name / "policy.pt")
 
@@ -206,7 +206,7 @@ def write_video(folder: Path, name: str, video: Tensor, step: int) -> None:
 
 
 def _only(env: EnvBase, kind: str) -> Composite:
-    """One kind of observations or infos of a group of robots."""
+    """Return the spec of one kind of entry, observations or infos, for each group of robots."""
     spec = env.full_observation_spec_unbatched
     return Composite(
         {
@@ -217,22 +217,22 @@ def _only(env: EnvBase, kind: str) -> Composite:
 
 
 def _read(file: Path) -> dict[str, Any]:
-    """The keywords of a file, without Hydra's."""
+    """Read the keywords of a file, without Hydra's."""
     keywords: dict[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
     keywords.pop("defaults", None)
     return keywords
 
 
 class _FromFiles(Task):  # type: ignore[misc]
-    """Reads its tasks from the files of this package."""
+    """Enum of tasks that are read from the files of this package."""
 
     @staticmethod
     def associated_class() -> type[SwarmForageClass]:
-        """What makes the worlds."""
+        """Return the class that makes the worlds."""
         return SwarmForageClass
 
     def get_from_yaml(self, path: str | None = None) -> SwarmForageClass:
-        """The task under the keywords of its file, or of another."""
+        """Return the task under the keywords of its file, or of the file at `path`."""
         file = FOLDER / f"{self.name.lower()}.yaml" if path is None else Path(path)
         return SwarmForageClass(self.name, _read(file))
 
@@ -242,14 +242,14 @@ SwarmForageTask = _FromFiles(
     {file.stem.upper(): None for file in sorted(FOLDER.glob("*.yaml"))},
     module=__name__,
 )
-"""A task for each file; `get_task(config=...)` takes other keywords."""
+"""Enum with a task for each file; `get_task(config=...)` takes other keywords."""
 
 task_config_registry |= {f"swarm_forage/{task.name.lower()}": task for task in SwarmForageTask}
 
 
 def settings(task: TaskClass, **changes: object) -> ExperimentConfig:
-    """BenchMARL's settings of an experiment with those of `conf/experiment/swarm_forage.yaml`,
-    the task's discount, and these changes."""
+    """Return BenchMARL's settings of an experiment, changed by `conf/experiment/swarm_forage.yaml`,
+    by the discount of the task, and by `changes`. UnknownNameError for an unknown setting."""
     config = ExperimentConfig.get_from_yaml()
     discount = task.config.get("discount", EnvConfig.model_fields["discount"].default)
     own = {**_read(CONF / "experiment" / "swarm_forage.yaml"), "gamma": discount}
