@@ -1,5 +1,5 @@
 """The ladder: tasks of rising difficulty, algorithms that learn them from scratch, their curves.
 
-A rung is a file of `training/benchmarl_tasks/conf/task/swarm_forage`, an algorithm one of
-`training/ladder/algorithms`: another one is another file.
+Each rung is a file in `training/benchmarl_tasks/conf/task/swarm_forage`, each algorithm a file in
+`training/ladder/algorithms`; a new file adds one.
 """

@@ -1,4 +1,4 @@
-"""Make the runs that are missing, in processes, with a bar; score what the cards name."""
+"""Training of the missing runs in parallel processes, and scoring of the cards' references."""
 
 import pkgutil
 import time
@@ -29,21 +29,21 @@ TRAINERS = {
     "own": "training.ladder.trainers:by_own_ppo",
     "offline": "training.ladder.trainers:by_transitions",
 }
-"""What trains by each library: imported where it is used."""
+"""Training function of each library, imported when it is used."""
 
 Train = Callable[[Rung, Algorithm, int, Watch], None]
-"""Trains from scratch by a seed; the watch evaluates the policy meanwhile, under keywords that the
-trainer may change."""
+"""Training function: it trains from scratch with a seed. The watch evaluates the policy meanwhile,
+under keywords that the function may change."""
 
 
 def trainer_of(algorithm: Algorithm) -> Train:
-    """What trains it; ModuleNotFoundError, by whose name the command tells what to install."""
+    """Import the training function of an algorithm. ModuleNotFoundError names a missing package."""
     train: Train = pkgutil.resolve_name(TRAINERS[algorithm.trainer])
     return train
 
 
 def installed(algorithms: Sequence[Algorithm]) -> list[Algorithm]:
-    """Those whose library is there; a line says which are left out, and what would install it."""
+    """Return the algorithms whose library is installed; print a line for each of the others."""
     there = []
     for algorithm in algorithms:
         try:
@@ -59,9 +59,9 @@ def installed(algorithms: Sequence[Algorithm]) -> list[Algorithm]:
 def jobs_of(
     rungs: Sequence[Rung], algorithms: Sequence[Algorithm], seeds: int, budget: int | None
 ) -> list[Job]:
-    """The easiest rung first, and of it a seed of every algorithm before the next one.
+    """Return jobs in the order of rungs, then of seeds, then of algorithms.
 
-    Of algorithms that are for some rungs only those; ConfigError if that leaves none.
+    Algorithms that are limited to some rungs have no jobs on others. ConfigError if none is left.
     """
     jobs = [
         Job(rung, algorithm, seed, budget)
@@ -77,15 +77,15 @@ def jobs_of(
 
 
 def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend) -> None:
-    """Make the runs that a file lacks, and add them to it: a line for each tells the time left.
+    """Run the jobs that a file lacks, and add each run to it; a line per run reports the time left.
 
-    There is a bar too if stderr is a terminal.
+    A progress bar is drawn if stderr is a terminal.
     """
     runs = read_runs(out)
     todo = [job for job in jobs if find(job, runs) is None]
     say(f"{len(jobs) - len(todo)} of {len(jobs)} runs found in {out}, {len(todo)} to make")
     for algorithm in {job.algorithm.name: job.algorithm for job in todo}.values():
-        trainer_of(algorithm)  # tells early what is missing
+        trainer_of(algorithm)  # fails early if a package is missing
     begin, done, in_all = time.monotonic(), 0, sum(job.robot_steps for job in todo)
     with progress_bar("runs") as progress, closing(backend.run(make, todo)) as finished:
         bar = progress.add_task("", total=len(todo))
@@ -103,7 +103,7 @@ def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend) -> None:
 
 
 def make(job: Job) -> Run:
-    """Train, and score the best policy in the test episodes."""
+    """Train an algorithm on a rung, and score its best policy in the test episodes."""
     watch = Watch(job.rung.test_keywords, job.robot_steps, job.rung.card.curve_episodes)
     trainer_of(job.algorithm)(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
@@ -124,9 +124,9 @@ def make(job: Job) -> Run:
 
 
 def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score]:
-    """Score what a rung's card names, and write it into the rung's file.
+    """Score random actions and the references of a rung, and write the scores to the rung's file.
 
-    Episodes are kept in a dataset: a command that was stopped goes on from there.
+    Episodes are stored in a dataset, from which a stopped command resumes.
     """
     seeds, keywords = TEST_SEEDS[: rung.card.episodes], rung.test_keywords
     say(f"{rung.name}: random actions, {len(seeds)} episodes")

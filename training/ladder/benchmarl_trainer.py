@@ -1,4 +1,4 @@
-"""Train by BenchMARL: IPPO, MAPPO, VDN, QMIX, MASAC and what else it has."""
+"""Training with BenchMARL: IPPO, MAPPO, VDN, QMIX, MASAC and its other algorithms."""
 
 import contextlib
 import copy
@@ -21,15 +21,15 @@ from training.ladder.play import Act, Watch, robot_steps_of_a_decision
 from training.ladder.rungs import Algorithm, Rung
 
 SILENT = {"evaluation": False, "render": False, "create_json": False, "loggers": []}
-"""Settings of an experiment that another one watches over."""
+"""Settings of an experiment without evaluation and logs, which the watch provides."""
 
 
 class _Trained(Exception):  # noqa: N818 no error
-    """The robot-steps of a training are used up."""
+    """Raised when the robot-steps of a training are used up."""
 
 
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
-    """Train from scratch, for as many robot-steps as the watch says."""
+    """Train from scratch, for the number of robot-steps of the watch."""
     torch.set_num_threads(1)
     if not algorithm_config_registry[algorithm.algorithm].supports_continuous_actions():
         watch.keywords = {**watch.keywords, "discrete": watch.keywords.get("discrete") or True}
@@ -47,7 +47,7 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
 def _experiment(
     task: TaskClass, algorithm: Algorithm, seed: int, folder: str, watch: Watch
 ) -> Experiment:
-    """BenchMARL's experiment, watched, which ends when the watch says so."""
+    """Return an experiment of BenchMARL, with a callback that evaluates and ends it."""
     config = algorithm_config_registry[algorithm.algorithm].get_from_yaml()
     for name, value in algorithm.settings.items():
         setattr(config, name, value)
@@ -71,14 +71,14 @@ def _experiment(
 
 
 class _Watcher(Callback):  # type: ignore[misc]
-    """Evaluates after updates, when it is time."""
+    """Callback that evaluates the policy after an update, if an evaluation is due."""
 
     def __init__(self, watch: Watch) -> None:
         super().__init__()
         self._watch = watch
 
     def on_train_end(self, training_td: TensorDictBase, group: str) -> None:
-        """Evaluate what the last update has made; _Trained when it is the last one."""
+        """Evaluate the policy if that is due; raise _Trained when the robot-steps are used up."""
         experiment = self.experiment
         robot_steps = experiment.collector.env.base_env.array_env.robot_steps
         if self._watch.due(robot_steps):

@@ -1,7 +1,7 @@
-"""Train by the PPO of one file, `examples/cleanrl_ppo.py`, as CleanRL does: its rate anneals.
+"""Training with the PPO of `examples/cleanrl_ppo.py`, with an annealed learning rate as in CleanRL.
 
-Other than in CleanRL observations and rewards are not normalised, as observations are within -1
-and 1 already, and the end of an episode, which is its time, is bootstrapped.
+Unlike in CleanRL, observations and rewards are not normalised, as observations are in [-1, 1]
+already, and the value at the time limit of an episode is bootstrapped.
 """
 
 import copy
@@ -24,11 +24,11 @@ except ModuleNotFoundError as error:
         "trainer 'cleanrl': is examples/cleanrl_ppo.py, which no wheel has; run it in a checkout"
     ) from None
 
-MINIBATCHES = 32  # of a rollout
+MINIBATCHES = 32  # minibatches of a rollout
 
 
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
-    """Train from scratch, for as many robot-steps as the watch says."""
+    """Train from scratch, for the number of robot-steps of the watch."""
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     keywords = {**rung.keywords, **algorithm.keywords}

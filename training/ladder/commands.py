@@ -39,7 +39,7 @@ Rungs = Annotated[
 
 @benchmark.command("list")
 def list_cards(form: ListedFormat = "table") -> None:
-    """Show the rungs: what is hard about each, and what random actions and others score."""
+    """Show the rungs: what is hard about each, and the scores of random actions and controllers."""
     from rich.console import Console
 
     from training.ladder.page import tables
@@ -68,7 +68,7 @@ def cards(
     backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
-    """Score random actions, hand-written controllers and oracles, and write it on the cards."""
+    """Score random actions, hand-written controllers and oracles, and write scores to the cards."""
     from training.ladder.benchmark import score_references
     from training.ladder.rungs import find_named, read_rungs
 
@@ -99,8 +99,8 @@ def ladder(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Train algorithms on rungs from scratch, score them in test worlds, and draw their curves.
 
-    Every run is added to --out as soon as it has ended; the same command later makes only those
-    that are not there. There is also one file for marl-eval of all runs, runs/marl_eval.json.
+    Every run is added to --out as soon as it has ended; the same command later trains only the
+    missing runs. All runs are also written to a file for marl-eval, runs/marl_eval.json.
     """
     from training.ladder.benchmark import jobs_of, run_jobs
     from training.ladder.rungs import find_algorithms, find_named, read_rungs
@@ -109,7 +109,7 @@ def ladder(  # noqa: PLR0913 the options of a command
     chosen, trained = find_named("rung", rungs, known), find_algorithms(algorithms)
     _check_files(out, page)
     for rung in chosen if seeds else ():
-        rung.normalised(0.0)  # tells early that its card has no scores
+        rung.normalised(0.0)  # fails early if its card has no scores
     spread = find_backend(backend, workers, address=address)
     run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread)
     names = {rung.name for rung in chosen}, {algorithm.name for algorithm in trained}
@@ -127,11 +127,11 @@ def defaults(
     out: OutOption = RUNS,
     page: PageOption = None,
 ) -> None:
-    """What trainers learn by their libraries' defaults on es1, from round trips alone.
+    """Train algorithms with their libraries' defaults on es1, rewarded by round trips alone.
 
-    PPO, SAC and DQN of stable-baselines3, PPO with a rollout of 128 decisions of 80 robots, PPO in
-    CleanRL's style, and, where it is installed, MAPPO and IPPO of BenchMARL. The runs are those of
-    the ladder, whose rung es1 they are, and so is --page.
+    These are PPO, SAC and DQN of stable-baselines3, PPO with a rollout of 128 decisions of 80
+    robots, PPO in CleanRL's style, and, if installed, MAPPO and IPPO of BenchMARL. The runs belong
+    to rung es1 of the ladder, and --page writes the page of the ladder.
     """
     from rich.console import Console
 
@@ -148,14 +148,14 @@ def defaults(
 
 
 def _check_files(out: Path, page: Path | None) -> None:
-    """ConfigError if a file of the options cannot be written."""
+    """Raise ConfigError if a file of the options cannot be written."""
     if page:
         check_file("--page", page, [".md"])
     check_file("--out", out, [".parquet"])
 
 
 def _tell(page: Path | None, out: Path) -> "Sequence[Run]":
-    """All runs as they are configured now, also as a file for marl-eval and on the page."""
+    """Return the runs of the present configurations; write them for marl-eval and to the page."""
     from swarm_forage_env.atomic_write import write_atomically
     from training.ladder.rungs import find_algorithms, read_rungs
     from training.ladder.runs import current, marl_eval, read_runs

@@ -1,4 +1,4 @@
-"""Figures of the ladder: the curves of a rung, and the performance profiles of all."""
+"""Figures of the ladder: the curves of a rung, and the performance profiles of all rungs."""
 
 from collections.abc import Mapping, Sequence
 from typing import Literal
@@ -25,13 +25,13 @@ MILLION, MINUTE = 1e6, 60.0
 
 Over = Literal["robot_steps", "wall_s"]
 
-LONG = 20.0  # times the shortest training: a longer one needs a logarithmic axis
-CLOSE = 0.045  # of the height of a panel: labels of lines that lie closer are pushed apart
+LONG = 20.0  # ratio of the longest to the shortest training that needs a logarithmic axis
+CLOSE = 0.045  # least distance between the labels of lines, as a share of the panel's height
 TAUS = np.linspace(0.0, 1.5, 61)  # normalised scores at which a profile is drawn
 
 
 def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
-    """The score of a rung over robot-steps and over wall-clock time, a line an algorithm."""
+    """Draw the score on a rung over robot-steps and wall-clock time, one line per algorithm."""
     groups = by_algorithm(runs)
     styles = _styles(groups)
     figure, panels = panel_grid(2, 3.0, 3.0)
@@ -58,7 +58,7 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
 
 
 def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure:
-    """The share of runs above each normalised score, a line an algorithm."""
+    """Draw the share of runs above each normalised score, one line per algorithm."""
     groups = by_algorithm(runs)
     styles = _styles(groups)
     figure, (axes,) = panel_grid(1, 4.0, 3.4)
@@ -75,8 +75,8 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
 
 
 def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
-    """A style for each algorithm, the same on all figures but where it, or its colour while there
-    are others, is another's."""
+    """Return a style for each algorithm, the same on all figures, unless another algorithm has the
+    style, or has its colour while others are free."""
     known, taken, styles = list(read_algorithms()), set[int](), {}
     for name in algorithms:
         number, colours = known.index(name), {each % len(PALETTE) for each in taken}
@@ -88,7 +88,7 @@ def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
 
 
 def _curve(runs: Sequence[Run], over: Over) -> Means:
-    """The interquartile mean of the runs' scores at each evaluation that all of them have."""
+    """Return the interquartile mean of the runs' scores at each evaluation that all runs have."""
     n_points = min(len(run.curve) for run in runs)
     points = [[run.curve[k] for run in runs] for k in range(n_points)]
     x = np.array([np.median([point[over] for point in each]) for each in points])

@@ -1,4 +1,4 @@
-"""The page of the ladder, with cards, tables and figures in Markdown; tables for a terminal."""
+"""Page of the ladder in Markdown, with cards, tables and figures; tables for a terminal."""
 
 import statistics
 import textwrap
@@ -25,20 +25,20 @@ from training.ladder.runs import (
     score_word,
 )
 
-PROFILE = "profile"  # the name of the figure of all rungs
+PROFILE = "profile"  # name of the figure of all rungs
 
-BAR = "ssgikf"  # the hand-written controller that a default should beat
+BAR = "ssgikf"  # hand-written controller that a default should beat
 
 MILLION = 1e6
 
 MISSING = "-"
 
-COARSE = 1000.0  # numbers from here on are shown as whole ones
-FINE = 5.0  # numbers below are shown with two digits
+COARSE = 1000.0  # values from here on are shown as integers
+FINE = 5.0  # values below are shown with two decimals
 
 
 def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
-    """The page, whose figures lie in images/ladder beside it."""
+    """Return the text of the page; its figures are in images/ladder beside it."""
     text = (files("training.ladder") / "page.md").read_text("utf-8")
     return Template(text).substitute(
         command=command,
@@ -51,7 +51,7 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
 
 
 def _cards(rungs: Sequence[Rung], with_runs: Collection[str]) -> str:
-    """The cards, a line each; of a rung with runs, with a link to what was learned there."""
+    """Return the table of cards; a rung with runs has a link to its results."""
     heads = ("rung", "name", "robots learn", "tested in", "random", "hand-written", "oracle")
     return markdown(heads, [_card(rung, rung.name in with_runs) for rung in rungs])
 
@@ -91,7 +91,7 @@ def _reference(rung: Rung, name: str, score: Score) -> tuple[str, ...]:
 
 
 def _learned(rung: Rung, runs: Sequence[Run]) -> tuple[str, ...]:
-    """An algorithm: interquartile means over its runs, each the mean of its test episodes."""
+    """Return the line of an algorithm: interquartile means over the mean scores of its runs."""
     score, by_chance = _score_of(runs), iqm([[run.score_by_chance for run in runs]])
     return (
         f"**{title_of(runs[0].algorithm)}**",
@@ -132,7 +132,7 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
 
 
 def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
-    """Every rung with its scores and what is hard, then the algorithms."""
+    """Return every rung with its difficulty and scores, then the algorithms, for a terminal."""
     parts: list[Text | Table] = []
     for rung in rungs:
         card = rung.card
@@ -149,9 +149,9 @@ def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
 
 
 def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:
-    """The head of the table, and a line for each algorithm: the score of every seed, the median,
-    the least, how many seeds are above the hand-written `ssgikf`, and the median after half of the
-    robot-steps, on held-back seeds."""
+    """Return the head of the table and one line per algorithm: the score of each seed, the median,
+    the minimum, the number of seeds above the hand-written `ssgikf`, and the median on held-back
+    seeds after half of the robot-steps."""
     bar = rung.card.scores[BAR].mean
     lines = []
     for algorithm, own in by_algorithm(runs).items():
@@ -175,13 +175,13 @@ def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:
 
 
 def _after_half(run: Run) -> float:
-    """The mean of the evaluation nearest to half of the robot-steps, on held-back seeds."""
+    """Return the mean score on held-back seeds, evaluated nearest to half of the robot-steps."""
     middle = min(run.curve, key=lambda point: abs(point["robot_steps"] - run.robot_steps / 2))
     return statistics.fmean(middle["scores"])
 
 
 def defaults_table(rung: Rung, runs: Sequence[Run]) -> Table:
-    """The same for a terminal."""
+    """Return the lines of `defaults_lines` as a table for a terminal."""
     heads, *lines = defaults_lines(rung, runs)
     table = Table(*heads, box=None, padding=(0, 2, 0, 0))
     for line in lines:
@@ -198,7 +198,7 @@ def _defaults(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
 
 
 def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
-    """How many runs, how long they took, with which versions."""
+    """Return the number of runs, their training time and the versions of the packages."""
     if not runs:
         return "Nothing."
     seconds = sum(run.train_s for run in runs)
@@ -218,7 +218,7 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
 
 
 def best_shown(rung: Rung) -> str:
-    """The best of the hand-written controllers that have a score, and the score."""
+    """Return the best hand-written controller that has a score, with the score."""
     scores = {name: rung.scores[name] for name in rung.card.controllers if name in rung.scores}
     if not scores:
         return MISSING
@@ -227,7 +227,7 @@ def best_shown(rung: Rung) -> str:
 
 
 def shown(score: Score | None) -> str:
-    """A score with its interval; a dash where there is none."""
+    """Return a score with its interval; a dash if there is none."""
     if score is None:
         return MISSING
     ends = None if score.low is None or score.high is None else (score.low, score.high)

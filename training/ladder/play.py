@@ -1,4 +1,4 @@
-"""Play the test worlds with a policy, and evaluate one while it learns."""
+"""Scoring of policies in test worlds, and evaluation of a policy during training."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -14,14 +14,14 @@ from training.experiment import HELD_BACK_SEEDS
 from training.ladder.rungs import Keywords
 
 Act = Callable[[Array, Bool[Array, " worlds"], bool], Array]
-"""Maps observations (worlds, robots, numbers) to actions (worlds, robots, numbers), which are
-stochastic, as in training, or deterministic. It is told in which worlds an episode starts: a
-recurrent policy keeps the states of all robots between two calls."""
+"""Maps observations (worlds, robots, features) to actions (worlds, robots, actions), which are
+stochastic, as in training, if the last argument is True, else deterministic. The second argument
+marks worlds where an episode starts: a recurrent policy keeps its states between two calls."""
 
-ROWS = 1000  # robots in a block, about
+ROWS = 1000  # approximate number of robots in a block
 
 PER_ROBOT = "per_robot"
-"""The end of a score's name that is a mean over the robots, and not their sum."""
+"""Suffix of the name of a score that is a mean over the robots, not their sum."""
 
 POINTS = 8  # evaluations of a curve, evenly spread over the robot-steps
 
@@ -29,7 +29,7 @@ POINTS = 8  # evaluations of a curve, evenly spread over the robot-steps
 def play(
     keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: bool = False
 ) -> list[float]:
-    """The score in the episodes of these seeds: round trips of the swarm, or goals of a robot."""
+    """Return the score of each seed's episode: round trips of the swarm, or goals of a robot."""
     n_worlds = max(1, ROWS // len(ArrayEnv(**keywords).learners))
     scores: list[float] = []
     for first in range(0, len(seeds), n_worlds):
@@ -45,7 +45,7 @@ def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: b
     while not is_scored.all():
         observations, *_ = env.step(act(observations, over, by_chance))
         over = env.is_over
-        if over.any():  # from exchange to exchange one world's episode ends before another's
+        if over.any():  # with step_on="exchange", the episodes of worlds end at different steps
             score = np.where(is_scored, score, _score(env))
             is_scored |= over
             observations, _ = env.reset(worlds=over)
@@ -54,14 +54,14 @@ def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: b
 
 
 def _score(env: ArrayEnv) -> Float64[Array, " worlds"]:
-    """The score of every world's episode so far."""
+    """Return the score of every world's episode so far."""
     of_robots = env.log()[:, :, 0]
     is_mean = env.task.episode.score.endswith(PER_ROBOT)
     return np.asarray(of_robots.mean(axis=1) if is_mean else of_robots.sum(axis=1))
 
 
 def robot_steps_of_a_decision(keywords: Keywords) -> float:
-    """Robot-steps of a world in one decision; of exchanges a mean over an episode."""
+    """Return the robot-steps of a world in one decision, a mean over an episode."""
     env = ArrayEnv(**keywords)
     kind = np.int64 if env.config.discrete else np.float32
     still = np.zeros((1, len(env.learners), *env.action_shape), kind)
@@ -74,7 +74,7 @@ def robot_steps_of_a_decision(keywords: Keywords) -> float:
 
 
 def random_actions(keywords: Keywords, seed: int = 0) -> Act:
-    """A policy that draws each action uniformly from the action space."""
+    """Return a policy that draws each action uniformly from the action space."""
     space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
 
     def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
@@ -94,11 +94,11 @@ class Point(TypedDict):
 
 @dataclass
 class Watch:
-    """Scores a policy on held-back seeds while it learns, and keeps the best one."""
+    """Evaluation of a policy on held-back seeds during training; it keeps the best policy."""
 
-    keywords: Keywords  # of the test worlds, which a trainer changes to how its policies act
-    robot_steps: int  # of the whole training
-    episodes: int  # of an evaluation
+    keywords: Keywords  # keywords of the test worlds, which a trainer adapts to its policies
+    robot_steps: int  # robot-steps of the whole training
+    episodes: int  # number of episodes of an evaluation
     curve: list[Point] = field(default_factory=list)
     best: Act | None = None
 
@@ -106,7 +106,7 @@ class Watch:
         self._clock, self._best_score = time.perf_counter(), -np.inf
 
     def due(self, robot_steps: int) -> bool:
-        """It is time for an evaluation."""
+        """Return whether it is time for an evaluation."""
         return robot_steps * POINTS >= (len(self.curve) + 1) * self.robot_steps
 
     def evaluate(self, robot_steps: int, act: Act, copy: Callable[[], Act]) -> None:

@@ -1,4 +1,4 @@
-"""Rungs, the tasks of the ladder, and algorithms: each one file of keywords."""
+"""Rungs, which are the tasks of the ladder, and algorithms: each a file of keywords."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,19 +24,19 @@ ALGORITHMS = Path(__file__).parent / "algorithms"
 DEFAULTS = (
     "cleanrl_ppo", "ippo", "mappo", "sb3_dqn", "sb3_ppo", "sb3_ppo_defaults", "sb3_sac",
 )  # fmt: skip
-"""The algorithms that `benchmark defaults` trains."""
+"""Algorithms that `benchmark defaults` trains."""
 
 NamedT = TypeVar("NamedT")
 
 RANDOM = "random"
-"""The name of the policy that draws its actions."""
+"""Name of the policy of random actions."""
 
 MARK = "  # Written by `swarm-forage benchmark cards`: means of test episodes, 95 % intervals.\n"
-"""What stands below this line of a file is not written by hand."""
+"""Line of a rung's file below which everything is generated."""
 
 
 class Score(Parameters):
-    """A mean over test episodes and its 95 % interval; None where all are equal."""
+    """Mean over test episodes and its 95 % interval, which is None if all are equal."""
 
     mean: float = 0.0
     low: float | None = None
@@ -45,7 +45,7 @@ class Score(Parameters):
 
 
 class Card(Parameters):
-    """What a rung is about, how it is scored, and what others score."""
+    """Card of a rung: what the task is, how it is scored, and what others score."""
 
     rung: Count = Field(1, description="Its place on the ladder")
     title: str = Field("", description="Its name in words")
@@ -64,19 +64,19 @@ class Card(Parameters):
 
 @dataclass(frozen=True)
 class Rung:
-    """A task to learn."""
+    """Task of the ladder."""
 
     name: str
     file: Path
     keywords: Keywords
-    """In training."""
+    """Keywords of `parallel_env` in training."""
     card: Card
 
     @property
     def test_keywords(self) -> dict[str, Any]:
-        """In tests, where the engine is the default one of the scenario.
+        """Keywords of the test worlds, which use the default engine of the scenario.
 
-        Changes of the training's scenario do not apply to another one.
+        Changes of the training scenario do not apply to another test scenario.
         """
         own = {name: value for name, value in self.keywords.items() if name != "physics"}
         if "scenario" in self.card.test:
@@ -85,7 +85,7 @@ class Rung:
 
     @property
     def test_scenario(self) -> BaseScenario:
-        """The scenario of the test worlds."""
+        """Scenario of the test worlds."""
         keywords = self.test_keywords
         changes = {name: value for name, value in keywords.items() if "." in name}
         scenario: BaseScenario = find_scenario(keywords["scenario"], changes)
@@ -93,18 +93,18 @@ class Rung:
 
     @property
     def references(self) -> Sequence[str]:
-        """The controllers that are scored for comparison, each once."""
+        """Controllers that are scored for comparison, each once."""
         card = self.card
         return list(dict.fromkeys((*card.controllers, *card.also, card.oracle)))
 
     @property
     def scores(self) -> dict[str, Score]:
-        """The scores that its card has, of random actions and then of the references."""
+        """Scores on the card: of random actions, then of the references."""
         names = (RANDOM, *self.references)
         return {name: self.card.scores[name] for name in names if name in self.card.scores}
 
     def normalised(self, score: float) -> float:
-        """A score as a share of the way from random actions to the oracle; ConfigError without."""
+        """Scale a score to 0 for random actions and 1 for the oracle; ConfigError without these."""
         scores = self.card.scores
         if RANDOM not in scores or self.card.oracle not in scores:
             raise ConfigError(f"rung '{self.name}': no scores; run swarm-forage benchmark cards")
@@ -114,7 +114,7 @@ class Rung:
 
 @cache
 def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
-    """The rungs of a folder by name, the easiest first; files without a card are none."""
+    """Read the rungs of a folder by name, the easiest first, without files that have no card."""
     rungs = []
     for file in folder.glob("*.yaml"):
         keywords = yaml.safe_load(file.read_text(encoding="utf-8"))
@@ -125,7 +125,7 @@ def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
 
 
 def find_named(what: str, names: Sequence[str] | None, known: Mapping[str, NamedT]) -> list[NamedT]:
-    """The entries of these names, or all; UnknownNameError for an unknown name."""
+    """Return the entries of these names, or all. UnknownNameError for an unknown name."""
     for name in names or ():
         if name not in known:
             raise UnknownNameError(what, name, known)
@@ -133,7 +133,7 @@ def find_named(what: str, names: Sequence[str] | None, known: Mapping[str, Named
 
 
 def write_scores(rung: Rung, scores: Mapping[str, Score]) -> None:
-    """Write scores at the end of a rung's file, where the card stands, instead of older ones."""
+    """Write scores to the end of a rung's file, in place of older ones."""
     text, _, _ = rung.file.read_text(encoding="utf-8").partition(MARK)
     text += f"{MARK}  scores:\n"
     for name, score in scores.items():
@@ -148,7 +148,7 @@ def _number(value: float | None) -> str:
 
 
 class Algorithm(Parameters):
-    """What is trained, by which library, under which settings; tuned on no rung of its own."""
+    """Algorithm of the ladder: its library and settings, which are tuned on no rung."""
 
     name: str = Field("", description="That of its file")
     title: str = Field("", description="Its name on figures and pages")
@@ -168,7 +168,7 @@ class Algorithm(Parameters):
 
 @cache
 def read_algorithms(folder: Path = ALGORITHMS) -> dict[str, Algorithm]:
-    """The algorithms of a folder by name."""
+    """Read the algorithms of a folder by name."""
     algorithms = {}
     for file in sorted(folder.glob("*.yaml")):
         tree = {**yaml.safe_load(file.read_text(encoding="utf-8")), "name": file.stem}
@@ -177,10 +177,10 @@ def read_algorithms(folder: Path = ALGORITHMS) -> dict[str, Algorithm]:
 
 
 def title_of(algorithm: str) -> str:
-    """The name of an algorithm on figures and pages."""
+    """Return the name of an algorithm on figures and pages."""
     return read_algorithms()[algorithm].title
 
 
 def find_algorithms(names: Sequence[str] | None) -> list[Algorithm]:
-    """The algorithms of these names, or all; UnknownNameError for an unknown name."""
+    """Return the algorithms of these names, or all. UnknownNameError for an unknown name."""
     return find_named("algorithm", names, read_algorithms())

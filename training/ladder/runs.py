@@ -1,8 +1,7 @@
-"""Runs: one for each rung, algorithm and seed, a row of a Parquet file as soon as it has ended.
+"""Runs of the ladder, one for each rung, algorithm and seed, stored as rows of a Parquet file.
 
-The file is written atomically, so that a benchmark killed at any moment goes on with the runs that
-are missing. Nothing of a run that was under way is kept. The runs that docs/ladder.md tells of
-stand in the repository.
+The file is written atomically after each run, so that a benchmark killed at any moment resumes with
+the missing runs; an unfinished run is lost. The runs on docs/ladder.md are in the repository.
 """
 
 import hashlib
@@ -44,17 +43,17 @@ COLUMNS = pa.schema(
         "versions": pa.string(),
     }
 )
-"""What the Parquet file holds of a run: its fields."""
+"""Columns of the Parquet file: the fields of a run."""
 
 AS_JSON = ("config", "versions")
-"""Fields that are trees, which the Parquet file holds as JSON."""
+"""Nested fields, which the Parquet file stores as JSON."""
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "torch", "stable-baselines3", "torchrl", "benchmarl")
 
 
 @dataclass(frozen=True)
 class Job:
-    """One run to make."""
+    """Training that is to be run."""
 
     rung: Rung
     algorithm: Algorithm
@@ -63,12 +62,12 @@ class Job:
 
     @property
     def robot_steps(self) -> int:
-        """How long to train, over all robots [ticks]."""
+        """Length of the training, summed over robots [ticks]."""
         return self.budget or round(self.rung.card.robot_steps * self.algorithm.share)
 
     @property
     def config(self) -> dict[str, object]:
-        """All that is chosen, but the seed and how long."""
+        """Configuration of the run, without its seed and length."""
         card = self.rung.card
         return {
             "keywords": dict(self.rung.keywords),
@@ -82,45 +81,45 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """What tells one configuration from another."""
+        """Hash of the configuration."""
         text = json.dumps(self.config, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 @dataclass(frozen=True)
 class Run:
-    """The result of a job."""
+    """Result of a job."""
 
     rung: str
     algorithm: str
     seed: int
     key: str
     config: Mapping[str, object]
-    robot_steps: int  # how long it was to train, over all robots [ticks]
+    robot_steps: int  # length of the training, summed over robots [ticks]
     train_s: float  # wall-clock time of the training, without evaluations [s]
     curve: Sequence[Point]  # evaluations on held-back seeds
-    scores: Sequence[float]  # of the best of these policies, deterministic, in each test episode
-    scores_by_chance: Sequence[float]  # of the same policy, stochastic as in training
+    scores: Sequence[float]  # test scores of the best of these policies, deterministic
+    scores_by_chance: Sequence[float]  # test scores of this policy, stochastic as in training
     versions: Mapping[str, str]
 
     @property
     def identity(self) -> tuple[str, str, int]:
-        """What tells it from other runs: rung, algorithm and seed."""
+        """Rung, algorithm and seed, which identify a run."""
         return self.rung, self.algorithm, self.seed
 
     @property
     def score(self) -> float:
-        """The mean over the test episodes."""
+        """Mean score over the test episodes."""
         return float(np.mean(self.scores))
 
     @property
     def score_by_chance(self) -> float:
-        """The same of the stochastic policy."""
+        """Mean score of the stochastic policy over the test episodes."""
         return float(np.mean(self.scores_by_chance))
 
 
 def find(job: Job, runs: Sequence[Run]) -> Run | None:
-    """The run of a job among others, of this configuration and length."""
+    """Return the run of a job, with its configuration and length; None if there is none."""
     wanted = (job.rung.name, job.algorithm.name, job.seed, job.key, job.robot_steps)
     return next((run for run in runs if (*run.identity, run.key, run.robot_steps) == wanted), None)
 
@@ -128,7 +127,7 @@ def find(job: Job, runs: Sequence[Run]) -> Run | None:
 def current(
     runs: Sequence[Run], rungs: Sequence[Rung], algorithms: Sequence[Algorithm]
 ) -> list[Run]:
-    """The runs of these rungs and algorithms as they are configured now, the longest of a seed."""
+    """Return the runs of the present configurations, the longest one of each seed."""
     counted: list[Run] = []
     for rung, algorithm in product(rungs, algorithms):
         wanted = (rung.name, algorithm.name, Job(rung, algorithm, 0).key)
@@ -139,7 +138,7 @@ def current(
 
 
 def read_runs(file: Path) -> list[Run]:
-    """The runs of a Parquet file; none if there is no file, ConfigError if it holds no runs."""
+    """Read the runs of a Parquet file; none without a file. ConfigError if it holds no runs."""
     if not file.exists():
         return []
     try:
@@ -150,7 +149,7 @@ def read_runs(file: Path) -> list[Run]:
 
 
 def write_runs(runs: Sequence[Run], file: Path) -> None:
-    """Write runs to a Parquet file, whole or not at all."""
+    """Write runs to a Parquet file, atomically."""
     rows = [vars(run) | {name: json.dumps(vars(run)[name]) for name in AS_JSON} for run in runs]
     content = pa.BufferOutputStream()
     table = pa.Table.from_pylist(rows, COLUMNS)
@@ -159,7 +158,7 @@ def write_runs(runs: Sequence[Run], file: Path) -> None:
 
 
 def add_run(run: Run, file: Path) -> None:
-    """Add a run to a Parquet file; it replaces those of its seed that are not longer."""
+    """Add a run to a Parquet file, in place of runs of the same identity that are not longer."""
     others = [
         each
         for each in read_runs(file)
@@ -169,7 +168,7 @@ def add_run(run: Run, file: Path) -> None:
 
 
 def versions() -> dict[str, str]:
-    """Versions of the packages that a run depends on."""
+    """Return the versions of the packages that a run depends on."""
     installed = {}
     for package in PACKAGES:
         with suppress(PackageNotFoundError):
@@ -178,7 +177,7 @@ def versions() -> dict[str, str]:
 
 
 def marl_eval(runs: Sequence[Run]) -> dict[str, object]:
-    """The runs as marl-eval reads them: by rung, algorithm, seed and evaluation.
+    """Return the runs as marl-eval reads them: by rung, algorithm, seed and evaluation.
 
     Source: Gorsane et al. 2022.
     """
@@ -198,7 +197,7 @@ def marl_eval(runs: Sequence[Run]) -> dict[str, object]:
 
 
 def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:
-    """The runs of each algorithm."""
+    """Group runs by algorithm."""
     groups: dict[str, list[Run]] = {}
     for run in runs:
         groups.setdefault(run.algorithm, []).append(run)
@@ -206,25 +205,25 @@ def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:
 
 
 def by_rung(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[tuple[Rung, list[Run]]]:
-    """Each rung that has runs, and these, the easiest first."""
+    """Group runs by rung, in the order of the rungs; rungs without runs are left out."""
     pairs = ((rung, [run for run in runs if run.rung == rung.name]) for rung in rungs)
     return [(rung, own) for rung, own in pairs if own]
 
 
 def iqm(strata: Sequence[Sequence[float]]) -> Estimate:
-    """The interquartile mean of scores, of each stratum one or more."""
+    """Return the interquartile mean of scores; each stratum has one or more."""
     estimate = iqm_interval(strata)
     assert estimate is not None
     return estimate
 
 
 def strata_of(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[list[float]]:
-    """Normalised scores of the runs of each rung."""
+    """Return the normalised scores of the runs of each rung."""
     return [[rung.normalised(run.score) for run in own] for rung, own in by_rung(rungs, runs)]
 
 
 def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[Estimate, int]]:
-    """Of each algorithm the interquartile mean of all normalised scores, and of how many rungs."""
+    """Return each algorithm's interquartile mean of normalised scores and number of rungs."""
     estimates = {}
     for algorithm, own in by_algorithm(runs).items():
         strata = strata_of(rungs, own)
@@ -235,9 +234,10 @@ def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[E
 def improvements(
     rungs: Sequence[Rung], runs: Sequence[Run], base: str
 ) -> dict[str, tuple[Estimate, int]]:
-    """Of each algorithm the probability that its run beats one of another on the same rung.
+    """Return each algorithm's probability that its run beats one of `base` on the same rung.
 
-    And on how many rungs both have runs; algorithms that share none are left out.
+    The second value is the number of rungs that both share; algorithms that share none are left
+    out.
     """
     groups = by_algorithm(runs)
     probabilities = {}
@@ -251,6 +251,6 @@ def improvements(
 
 
 def score_word(rung: Rung) -> str:
-    """The score of a rung's task in words."""
+    """Return the name of the score of a rung's task in words."""
     words: str = task_of(rung.test_scenario).episode.score_words
     return words

@@ -1,6 +1,6 @@
-"""Train by what the extra `train` has: by stable-baselines3, by this PPO, by transitions.
+"""Training with the extra `train`: stable-baselines3, the PPO of this package, transitions.
 
-Each trains one policy for all robots from scratch, for as many robot-steps as the watch says.
+Each function trains one policy for all robots from scratch, for the robot-steps of the watch.
 """
 
 import copy
@@ -31,18 +31,18 @@ from training.transitions import DatasetOptions, Recording, Transitions, read
 from training.vec_env import SwarmVecEnv
 
 MODELS = {"": PPO, "recurrent_ppo": RecurrentPPO, "sac": SAC, "dqn": DQN}
-"""The algorithms, by their names."""
+"""Classes of stable-baselines3, by the name of the algorithm."""
 
 PRESET = PRESETS["everything"]
 
-STRIDE = 1000  # steps of all environments between two looks at how far an off-policy training is
+STRIDE = 1000  # steps, summed over environments, between two checks of an off-policy training
 
 
 def by_sb3(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
-    """Train by PPO, RecurrentPPO, SAC or DQN of stable-baselines3."""
+    """Train with PPO, RecurrentPPO, SAC or DQN of stable-baselines3."""
     torch.set_num_threads(1)
     keywords = {**rung.keywords, **algorithm.keywords}
-    if algorithm.algorithm == "dqn":  # takes choices, the others numbers
+    if algorithm.algorithm == "dqn":  # needs discrete actions
         keywords["discrete"] = keywords.get("discrete") or True
         watch.keywords = {**watch.keywords, "discrete": keywords["discrete"]}
     env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **keywords)
@@ -52,14 +52,14 @@ def by_sb3(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     )
     stride = STRIDE if algorithm.algorithm else 1
     while env.env.robot_steps < watch.robot_steps:
-        model.learn(stride, reset_num_timesteps=False)  # of PPO one rollout, and its updates
+        model.learn(stride, reset_num_timesteps=False)  # for PPO one rollout and its updates
         if watch.due(env.env.robot_steps):
             acting = _acting(model.policy)
             watch.evaluate(env.env.robot_steps, acting, lambda: _acting(_copied(model)))
 
 
 def _acting(policy: BasePolicy) -> Act:
-    """A policy of stable-baselines3 as the test worlds call it."""
+    """Return a policy of stable-baselines3 as an `Act`."""
     states: tuple[Array, ...] | None = None
 
     def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
@@ -80,7 +80,7 @@ def _copied(model: BaseAlgorithm) -> BasePolicy:
 
 
 def by_own_ppo(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
-    """Train by the PPO of `swarm-forage train everything`: a network with a memory."""
+    """Train with the PPO of `swarm-forage train everything`: a recurrent network."""
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     keywords = {**rung.keywords, **algorithm.keywords}
@@ -95,7 +95,7 @@ def by_own_ppo(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> Non
 
 
 def acting(policy: ActorCritic) -> Act:
-    """A network as the test worlds call it; a memory is kept of every robot."""
+    """Return a network as an `Act`, which keeps the recurrent states of all robots."""
     states = torch.empty(0)
 
     @torch.no_grad()
@@ -114,11 +114,11 @@ def acting(policy: ActorCritic) -> Act:
 
 
 def by_transitions(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
-    """Train by transitions of other policies: behaviour cloning, reward-weighted regression.
+    """Train on transitions of other policies: behaviour cloning or reward-weighted regression.
 
-    The transitions are of every tick, and so a policy drives the wheels in every tick, beside the
-    same other layers as those of the other trainers. A robot-step is a transition that is read,
-    each time that it is; the environment is stepped only to record them, and for evaluations.
+    The transitions are of every tick, so that the policy drives the wheels in every tick; the other
+    layers are those of the other trainers. Every transition that is read counts as a robot-step.
+    The environment is stepped only to record transitions and to evaluate.
     """
     torch.manual_seed(seed)
     torch.set_num_threads(1)
@@ -138,10 +138,9 @@ def by_transitions(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) ->
 def record(
     rung: Rung, seed: int, policies: Sequence[str], episodes: int, learners: int
 ) -> tuple[Mapping[str, Array], CardKeywords]:
-    """Transitions of a few robots of each episode, and the keywords under which they act.
+    """Record transitions of some robots of each episode; also return the keywords of the policy.
 
-    Each training has `episodes` seeds of its own, all of them seeds of trainings, the same for
-    every policy.
+    Each training has its own `episodes` training seeds, the same for every policy.
     """
     changes = [f"{name}={value}" for name, value in rung.keywords.items() if "." in name]
     first, physics = FIRST_TRAINING_SEED + seed * episodes, rung.keywords.get("physics")
