@@ -1,8 +1,8 @@
-"""The networks of PPO: dense layers, alone or of many policies, and dense layers over a memory.
+"""Networks of PPO: dense layers, of one policy or of several at once, and recurrent networks.
 
-The memory is a gated recurrent unit, whose state h is zeros when an episode starts:
+A gated recurrent unit precedes the dense layers; its state h is zero when an episode starts:
 
-    x_t = tanh(W o_t + b)                          of the observation o_t
+    x_t = tanh(W o_t + b)                          from the observation o_t
     r_t = sigmoid(W_r x_t + b_r + U_r h_t-1 + c_r)
     z_t = sigmoid(W_z x_t + b_z + U_z h_t-1 + c_z)
     n_t = tanh(W_n x_t + b_n + r_t (U_n h_t-1 + c_n))
@@ -22,17 +22,17 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.errors import ConfigError
 
 SPAN = 512
-"""Rows of a product, at most: the gradient of weights sums over rows, and a GPU would do that in
-one group of threads for each product."""
+"""Largest number of rows in one matrix product: a GPU sums the gradient of the weights over these
+rows in a single group of threads."""
 
 HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
 
 
 class ActorCritic(nn.Module):
-    """Two networks of dense layers: a Gaussian over actions, and the value of an observation."""
+    """Actor and critic of dense layers: a Gaussian over actions, the value of an observation."""
 
     n_state = 0
-    """Numbers of a row's memory."""
+    """Size of the recurrent state of a row; 0: none."""
 
     def __init__(
         self,
@@ -41,40 +41,40 @@ class ActorCritic(nn.Module):
         hidden: Sequence[int] = (64, 64),
         log_std: float = 0.0,
     ) -> None:
-        """Initialise matrices orthogonally, the last ones with their own gain, as SB3."""
+        """Initialise the matrices orthogonally, the last ones with their own gains, as SB3 does."""
         super().__init__()
         self.actor: nn.Module = Dense([n_observed, *hidden, n_actions], gain=0.01)
         self.critic: nn.Module = Dense([n_observed, *hidden, 1], gain=1.0)
         self.log_std = nn.Parameter(torch.full((n_actions,), log_std))
 
     def forward(self, observed: Tensor) -> Tensor:
-        """Draw the action of each row."""
+        """Draw an action for each row from the Gaussian."""
         mean, log_std, _ = self.outputs(observed)
         return mean + log_std.exp() * torch.randn_like(mean)
 
     def outputs(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Mean actions, the logarithms of their deviations, and values; on any axes before rows."""
+        """Return mean actions, log standard deviations and values; any axes may precede rows."""
         mean, values = (net(observed.flatten(0, -2)) for net in (self.actor, self.critic))
         axes = observed.shape[:-1]
         return mean.view(*axes, -1), self.log_std, values.view(axes)
 
     def next_states(self, observed: Tensor, states: Tensor) -> Tensor:
-        """What both networks see of rows: the states after an observation of each."""
+        """Return the input of both networks: the state of each row after one observation."""
         return self.states(observed[None], states, observed.new_zeros((1, len(observed))))[0]
 
     def states(self, observed: Tensor, states: Tensor, ends: Tensor) -> Tensor:
-        """The states after each decision, decisions by rows; without a memory the observations.
+        """Return the state after each decision, decisions by rows; here, the observation.
 
-        `states` are those before the first; `ends` is 1 where an episode ends with a decision.
+        `states` precede the first decision; `ends` is 1 where an episode ends with a decision.
         """
         return observed
 
     def named(self, policy: int, tensors: Sequence[Tensor]) -> dict[str, Tensor]:
-        """Tensors, one for each parameter, by the names of the parameters."""
+        """Return the tensors, one for each parameter, by the names of the parameters."""
         return dict(zip(dict(self.named_parameters()), tensors, strict=True))
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
-        """Copy the actor to NumPy arrays, as a policy file holds it."""
+        """Copy the parameters of the actor to NumPy arrays, named as in a policy file."""
         dense = [each for each in self.actor.children() if isinstance(each, nn.Linear)]
         arrays = {
             f"{k}.{name}": each
@@ -86,7 +86,7 @@ class ActorCritic(nn.Module):
 
 
 class RecurrentActorCritic(ActorCritic):
-    """Both networks over the state of a robot, which holds what it has observed so far."""
+    """Actor and critic on the recurrent state of a robot, which sums up its observations."""
 
     def __init__(
         self,
@@ -95,7 +95,7 @@ class RecurrentActorCritic(ActorCritic):
         hidden: Sequence[int] = (64, 64),
         log_std: float = 0.0,
     ) -> None:
-        """The first of the `hidden` sizes is that of the state; all matrices start orthogonal."""
+        """Initialise all matrices orthogonally; the first of the `hidden` sizes is the state's."""
         n_state, *rest = hidden
         super().__init__(n_state, n_actions, rest, log_std)
         self.n_state = n_state
@@ -108,9 +108,9 @@ class RecurrentActorCritic(ActorCritic):
                 nn.init.zeros_(parameter)
 
     def states(self, observed: Tensor, states: Tensor, ends: Tensor) -> Tensor:
-        """As of an `ActorCritic`: one call of the unit from one end to the next.
+        """Return the state after each decision, with one call of the unit between two ends.
 
-        A GPU, which would have to be waited for to know the ends, makes decision by decision.
+        On a GPU the unit is called once per decision: reading the ends would wait for the GPU.
         """
         encoded = torch.tanh(self.encoder(observed))
         if encoded.is_cuda:
@@ -124,7 +124,7 @@ class RecurrentActorCritic(ActorCritic):
         return torch.cat(parts)
 
     def each_state(self, encoded: Tensor, states: Tensor, ends: Tensor) -> Tensor:
-        """The states after each decision; nothing is copied to the host meanwhile."""
+        """Return the state after each decision, one by one, without copies to the host."""
         gru, after = self.gru, []
         (weights,) = gru.all_weights
         for inputs, going_on in zip(encoded, 1.0 - ends, strict=True):
@@ -133,7 +133,7 @@ class RecurrentActorCritic(ActorCritic):
         return torch.stack(after)
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
-        """Copy memory and actor to NumPy arrays, as a policy file holds them."""
+        """Copy the recurrent unit and the actor to NumPy arrays, named as in a policy file."""
         (encoder,) = self.encoder
         memory = {f"encoder.{name}": each for name, each in encoder.named_parameters()}
         memory |= {
@@ -143,15 +143,15 @@ class RecurrentActorCritic(ActorCritic):
 
 
 class ActorCritics(nn.Module):
-    """Networks of dense layers of several policies in one tensor: a layer of all is one product.
+    """Dense networks of several policies in one tensor: one matrix product computes a layer of all.
 
-    Each network is a row of `numbers`: the weights and the biases of each layer and, of an actor,
-    the logarithms of deviations. The last layer of a critic has as many outputs as an actor's, of
-    which the first one counts. The parameters of the policies become views of the tensor.
+    Each network is a row of `numbers`: the weights and biases of each layer and, for an actor, the
+    log standard deviations. The last layer of a critic has as many outputs as that of an actor;
+    only the first is used. The parameters of the policies become views of the tensor.
     """
 
     def __init__(self, policies: Sequence[ActorCritic]) -> None:
-        """ConfigError where policies on a device are not dense layers of the same sizes."""
+        """Join the parameters. ConfigError unless all policies have dense layers of equal sizes."""
         super().__init__()
         if not self.fits(policies):
             raise ConfigError(
@@ -170,14 +170,14 @@ class ActorCritics(nn.Module):
 
     @staticmethod
     def fits(policies: Sequence[ActorCritic]) -> bool:
-        """The policies are dense layers of the same sizes."""
+        """Return whether all policies are dense layers of the same sizes."""
         if not all(type(each) is ActorCritic for each in policies):
             return False
         networks = [net for each in policies for net in _networks(each)]
         return len({net.sizes[:-1] if isinstance(net, Dense) else net for net in networks}) == 1
 
     def outputs(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """As of an `ActorCritic`: policies by rows by numbers; each span of rows in one product."""
+        """Return the outputs of each policy; `observed` is (policies, rows, features)."""
         n_policies, n_rows, n_observed = observed.shape
         n = -(-n_rows // SPAN)
         numbers = self.numbers[:, None].expand(-1, n, -1).flatten(0, 1)
@@ -194,7 +194,7 @@ class ActorCritics(nn.Module):
         return mean, log_std[:: 2 * n, None], values[..., 0]
 
     def named(self, policy: int, tensors: Sequence[Tensor]) -> dict[str, Tensor]:
-        """Views of a tensor in the form of `numbers`, by the names of a policy's parameters."""
+        """Return views of a tensor laid out as `numbers`, by the names of a policy's parameters."""
         (numbers,) = tensors
         rows = numbers[2 * policy : 2 * policy + 2]
         views = [rows[0, -self._sizes[-1] :]]
@@ -209,7 +209,7 @@ def _networks(policy: ActorCritic) -> tuple[nn.Module, nn.Module]:
 
 
 def log_probs_of(actions: Tensor, mean: Tensor, log_std: Tensor) -> Tensor:
-    """The log probability of each row of actions under a Gaussian."""
+    """Return the log probability of each row of actions under a Gaussian."""
     z = (actions - mean) * torch.exp(-log_std)
     return -0.5 * z.square().sum(-1) - (log_std + HALF_LOG_2_PI).sum(-1)
 
@@ -218,7 +218,7 @@ class Dense(nn.Sequential):
     """Dense layers with a hyperbolic tangent between them."""
 
     def __init__(self, sizes: Sequence[int], gain: float) -> None:
-        """Orthogonal matrices; the last one is scaled by the gain."""
+        """Initialise the matrices orthogonally; `gain` scales the last one."""
         layers: list[nn.Module] = []
         for k in range(1, len(sizes)):
             layer = nn.Linear(sizes[k - 1], sizes[k])

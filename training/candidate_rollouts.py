@@ -1,7 +1,7 @@
 """Rollouts of candidate policies: round trips of many networks in many worlds, in parallel.
 
-Worlds run in batches: on a CPU many of them, side by side, on a GPU one for each scenario. A
-candidate has the same round trips in a batch as alone.
+Worlds run in batches: many parallel ones on a CPU, all of a scenario on a GPU. The round trips of a
+candidate do not depend on its batch.
 """
 
 import math
@@ -22,18 +22,18 @@ from training.linear_motion_policy import LinearMotion
 Architecture = WeightingNetwork | LinearMotion
 
 MAX_ROWS = 2000
-"""Robots in one job, about; larger batches hardly reduce the overhead per robot any further."""
+"""Approximate number of robots in one job; larger batches hardly reduce the overhead per robot."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A layer that is a network of these flat weights."""
+    """Candidate for a layer: a network, given by its flat weights."""
 
     numbers: Float32[Array, " numbers"]
     architecture: Architecture = EXCHANGE_NETWORK
 
     def layer(self, scenario: Scenario) -> WeightingLayer | MotionLayer:
-        """The network as a compiled layer."""
+        """Return the network as a compiled layer."""
         return self.architecture.layer(self.numbers, scenario)
 
 
@@ -43,7 +43,7 @@ class RolloutJob:
 
     scenario: Scenario
     controllers: tuple[LayeredController, ...]
-    """Controller of each world: its candidate, and the layers that all share."""
+    """Controller of each world: its candidate and the layers that all share."""
     seeds: tuple[int, ...]  # seed of each world
     physics: str
     device: str
@@ -51,25 +51,25 @@ class RolloutJob:
 
 @dataclass(frozen=True)
 class CandidateRollouts:
-    """Evaluates candidates by rollouts in given scenarios, with the controller's other layers."""
+    """Evaluation of candidates by rollouts in given scenarios, with a controller's other layers."""
 
     scenarios: Mapping[str, Scenario]
     controller: LayeredController
     physics: str = "rigid"
     backend: Backend = JoblibBackend()  # noqa: RUF009 frozen
     architecture: Architecture = EXCHANGE_NETWORK
-    """Of the candidates; it says which layer they take the place of."""
+    """Architecture of the candidates; it determines the layer that they replace."""
     device: str = "cpu"  # where worlds run: "cpu" or "cuda"
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
-        """Compile every kernel once; ConfigError for what does not run on the device."""
+        """Compile all kernels once. ConfigError for what does not run on the device."""
         for scenario in self.scenarios.values():
             compile_episodes(scenario, self._with(network), self.physics, self.device)
 
     def round_trips(
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
     ) -> dict[str, Int64[Array, "networks worlds"]]:
-        """Round trips of every candidate under every seed, for each scenario."""
+        """Return the round trips of every candidate under every seed, for each scenario."""
         jobs = {
             name: list(self._jobs(scenario, networks, seeds))
             for name, scenario in self.scenarios.items()
@@ -84,7 +84,7 @@ class CandidateRollouts:
         }
 
     def simulated_s(self, worlds: int) -> float:
-        """Simulated time of `worlds` episodes of each scenario, summed [s]."""
+        """Return the simulated time of `worlds` episodes of each scenario, summed [s]."""
         return worlds * sum(each.n_ticks * each.tick for each in self.scenarios.values())
 
     def _jobs(

@@ -1,4 +1,4 @@
-"""The folder of a training: its checkpoint, arrays and learning curve in one file, and its lock."""
+"""Output folder of a training: its checkpoint (arrays and learning curve in one file) and lock."""
 
 import hashlib
 import os
@@ -35,7 +35,7 @@ class Header(Parameters):
     """Hash of the rest of the header and of all arrays; empty in checkpoints of older versions."""
 
     def hashed(self, arrays: Mapping[str, Array]) -> str:
-        """The hash of this header, without its own, and of the arrays."""
+        """Return the hash of this header, without its `sha256`, and of the arrays."""
         digest = hashlib.sha256(self.model_copy(update={"sha256": ""}).model_dump_json().encode())
         for name, array in sorted(arrays.items()):
             digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
@@ -58,12 +58,12 @@ def write_checkpoint(
 
 
 def not_writable(folder: Path, error: OSError) -> ConfigError:
-    """The ConfigError for an output folder that cannot be written."""
+    """Return the ConfigError for an output folder that cannot be written."""
     return ConfigError(f"--out {folder}: cannot be written ({error.strerror}); name another folder")
 
 
 def read_checkpoint(file: Path, identity: Identity) -> tuple[list[CurvePoint], dict[str, Array]]:
-    """Learning curve and arrays; ConfigError if damaged or of another experiment."""
+    """Read the learning curve and the arrays. ConfigError if damaged or of another experiment."""
     from safetensors import SafetensorError, safe_open
 
     try:
@@ -86,12 +86,12 @@ def read_checkpoint(file: Path, identity: Identity) -> tuple[list[CurvePoint], d
 
 
 def unreadable(file: Path, why: str) -> ConfigError:
-    """The ConfigError for a checkpoint that cannot be used."""
+    """Return the ConfigError for a checkpoint that cannot be used."""
     return ConfigError(f"checkpoint {file}: cannot be read ({why}); remove it to start again")
 
 
 def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
-    """Mean over worlds with its 95 % interval; of one world the interval is the mean itself."""
+    """Return the mean over worlds and its 95 % interval, which for one world is the mean."""
     estimate = mean_interval(trips.tolist())
     assert estimate is not None
     low, high = estimate.ends
@@ -99,20 +99,20 @@ def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
 
 
 FAR = 2**30
-"""The byte of the lock's file that is locked on Windows."""
+"""Offset of the byte of the lock file that is locked on Windows."""
 
-LOCK = "lock"  # file of the lock in the folder; it holds the process and the machine that have it
+LOCK = "lock"  # name of the lock file, which contains the process and the host of the holder
 
 FILES = r"(best|checkpoint|latest)\.(json|safetensors)"
-"""Regular expression of the files of a training that are written atomically."""
+"""Regular expression for the files of a training that are written atomically."""
 
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Make and lock a folder, and remove what killed runs left there.
+    """Create and lock a folder, and remove the temporary files of killed runs.
 
-    The system releases the lock when the process ends, however it ends. ConfigError if another
-    run holds the folder, or if it cannot be written.
+    The operating system releases the lock when the process ends for any reason. ConfigError if
+    another run holds the lock or the folder cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -131,12 +131,12 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def _lock(stream: IO[bytes], folder: Path) -> None:
-    """Lock a file, if the file system has locks."""
+    """Lock a file, if the file system supports locks. ConfigError if another process holds it."""
     try:
         if sys.platform == "win32":
             import msvcrt
 
-            stream.seek(FAR)  # what is locked cannot be read
+            stream.seek(FAR)  # a locked byte cannot be read
             msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
         else:
             import fcntl

@@ -9,7 +9,7 @@ INTERRUPTED = 130  # exit status after Ctrl-C (128 + SIGINT)
 
 
 def main() -> None:
-    """Run one command, and print one line on stderr if a package that it needs is missing."""
+    """Run one command; print one line on stderr if a package that it needs is missing."""
     try:
         with missing_told():
             import training.ladder.commands
@@ -19,7 +19,7 @@ def main() -> None:
             status = run()
     except KeyboardInterrupt:
         status = INTERRUPTED
-    if status == INTERRUPTED:  # a compiler stopped half-way complains while it is taken down
+    if status == INTERRUPTED:  # an interrupted compiler prints errors while it shuts down
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
     sys.exit(status)
 

@@ -1,15 +1,15 @@
-"""Learn a motion from its transitions: behaviour cloning, and reward-weighted regression.
+"""Learning of a motion from transitions: behaviour cloning and reward-weighted regression.
 
-Both make the recorded actions likely; the second counts each by what was earned after it:
+Both maximise the likelihood of the recorded actions; the second weights each by its return:
 
     max_pi  sum_t w_t log pi(a_t | o_t)          w_t = 1 in behaviour cloning
 
 Source: Peters2007, Reinforcement Learning by Reward-Weighted Regression for Operational Space
 Control, in the form of Peng2019, Section 2, and of one iteration: the transitions are given.
 
-Not in the paper: the discount looks far ahead, over several round trips, so that returns tell
-policies apart rather than the phases of a round trip. What an episode would earn after its end,
-which is its time, stands in its returns.
+Not in the paper: the discount covers several round trips, so that returns distinguish policies
+rather than the phases of a round trip. Returns include an estimate of the rewards after the time
+limit of the episode.
 """
 
 from collections.abc import Mapping
@@ -25,12 +25,12 @@ from training.actor_critic import ActorCritic, log_probs_of
 
 @dataclass(frozen=True)
 class CloningOptions:
-    """How a policy learns from transitions."""
+    """Options for learning from transitions."""
 
     temperature: float | None = None
-    """Beta of `reward_weights`: the less, the more the best returns count; None: all alike."""
+    """Beta of `reward_weights`: lower values favour the best returns; None: equal weights."""
     discount: float = 0.9999
-    """Of a decision, in returns."""
+    """Discount factor of one decision in the returns."""
     batch: int = 1024
     """Transitions in a minibatch."""
     learning_rate: float = 1e-3
@@ -39,11 +39,11 @@ class CloningOptions:
 def discounted_returns(
     rewards: Float32[Array, "episodes decisions"], discount: float
 ) -> Float32[Array, "episodes decisions"]:
-    """What is earned from each decision on.
+    """Return the discounted return of each decision.
 
         R_t = r_t + discount R_t+1,    R_T = mean(r) / (1 - discount)
 
-    for an episode of T decisions, which its time ends: as if it went on as it was on average.
+    for an episode of T decisions; after its time limit it is continued with its mean reward.
     """
     after = discount * rewards.mean(axis=1, keepdims=True) / (1.0 - discount)
     returns, _ = lfilter([1.0], [1.0, -discount], rewards[:, ::-1], axis=1, zi=after)
@@ -53,7 +53,7 @@ def discounted_returns(
 def reward_weights(
     returns: Float32[Array, " transitions"], temperature: float
 ) -> Float32[Array, " transitions"]:
-    """How much actions count, by the returns after them; 1 on average.
+    """Return the weight of each action from its return; the mean weight is 1.
 
         w = exp(R / beta) / mean(exp(R / beta))
 
@@ -66,10 +66,10 @@ def reward_weights(
 
 
 class Cloner:
-    """Learns from transitions, a minibatch at a time."""
+    """Learner of a policy from transitions, one minibatch at a time."""
 
     def __init__(self, played: Mapping[str, Array], options: CloningOptions) -> None:
-        """Start from what `training.transitions.read` gives: whole episodes, each as long."""
+        """Take the transitions of `training.transitions.read`: whole episodes of equal length."""
         self._observed, self._acted = (
             torch.from_numpy(played[name]) for name in ("observation", "action")
         )
@@ -83,7 +83,7 @@ class Cloner:
         self._optimiser = torch.optim.Adam(self.policy.parameters(), lr=options.learning_rate)
 
     def step(self) -> float:
-        """Learn from a minibatch, drawn from all transitions; its weighted log-likelihood."""
+        """Take a gradient step on a random minibatch; return its weighted log-likelihood."""
         rows = torch.randint(len(self._acted), (self._batch,))
         mean = self.policy.actor(self._observed[rows])
         log_probs = log_probs_of(self._acted[rows], mean, self.policy.log_std)

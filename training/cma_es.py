@@ -1,7 +1,7 @@
 """CMA-ES on a policy of few weights: direct maximisation of the swarm's round trips.
 
-The search starts at the controller's own layer: at its weights if it is a learned one, else near
-the hand-written rule. In each generation all candidates run in the same new worlds (common random
+The search starts from the layer of the controller: from its weights if it is learned, else near the
+hand-written rule. In each generation all candidates run in the same new worlds (common random
 numbers). The policy saved is the search mean with the best score on the held-back seeds.
 
 Source: Hansen2016, The CMA Evolution Strategy: A Tutorial (the package cmaes).
@@ -31,10 +31,10 @@ INITIAL_BETA = 0.001
 """Beta of the SGIFF rule that the search starts from [1/cm]: the best one in large arenas."""
 
 ARCHITECTURES: dict[str, Architecture] = {"weighting": EXCHANGE_NETWORK, "motion": LINEAR_MOTION}
-"""Architecture that is searched for each layer."""
+"""Architecture whose weights are searched, for each layer."""
 
 SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN}, "motion": {}}
-"""Sizes of that architecture, unless the search starts from a learned layer."""
+"""Sizes of the architecture of each layer, unless the search starts from a learned layer."""
 
 
 def train(
@@ -50,8 +50,8 @@ def train(
 class CMAESTraining(NetworkTraining):
     """A resumable CMA-ES search.
 
-    Telling a new search the same candidates and losses restores its state bit for bit, so a
-    checkpoint holds these, and not the state of the search.
+    A checkpoint contains all candidates and losses, not the state of the search: passing them to a
+    new search restores its state bit for bit.
     """
 
     packages = ("cmaes",)
@@ -125,7 +125,7 @@ class CMAESTraining(NetworkTraining):
 def initial_network(
     experiment: Experiment, layer: LayerName
 ) -> tuple[Mapping[str, int], Float64[Array, " numbers"]]:
-    """Sizes and flat weights of the network that the search starts from."""
+    """Return sizes and flat weights of the network that the search starts from."""
     policy = experiment.policy_of(layer)
     if policy is None:
         return SIZES[layer], initial_mean(experiment.seed, layer)
@@ -133,9 +133,9 @@ def initial_network(
 
 
 def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
-    """Initial search mean without a learned layer: the weights that equal a hand-written rule.
+    """Return the weights that reproduce a hand-written rule, the initial search mean.
 
-    Motion: zeros, which is subsumption. Weighting: SGIFF with a tenth of its default beta; the
+    Motion: zeros, which give subsumption. Weighting: SGIFF with a tenth of its default beta; the
     hidden units have random input weights, and output weights of zero.
     """
     shapes = ARCHITECTURES[layer].shapes(SIZES[layer])
@@ -150,6 +150,6 @@ def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
 
 
 def fitness_of(trips: Mapping[str, Int64[Array, "networks worlds"]]) -> Float64[Array, " networks"]:
-    """Fitness of each candidate: ln(1 + mean round trips), averaged over the scenarios."""
+    """Return the fitness of each candidate: ln(1 + mean round trips), averaged over scenarios."""
     means = [np.log1p(each.mean(axis=1)) for each in trips.values()]
     return np.asarray(np.mean(means, axis=0), np.float64)

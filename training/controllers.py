@@ -1,7 +1,7 @@
-"""The named learned controllers, as `learned-weighting:policy=runs/x/best.safetensors`.
+"""Named learned controllers, such as `learned-weighting:policy=runs/x/best.safetensors`.
 
-Policies of other trainers are named by kind and file, as `sb3:model.zip`; their other layers are
-those that they were trained beside.
+Policies of other trainers are named by kind and file, such as `sb3:model.zip`; the other layers are
+those of their training.
 """
 
 from collections.abc import Sequence
@@ -55,7 +55,7 @@ ABOUT = {
     "learned-robust": "learned-both with a motion that was trained in many worlds",
     "learned-sceptical": "a network weighs by who told what and how it turned out",
 }
-"""Each controller in words."""
+"""Description of each controller."""
 
 for controller in NAMED:
     CONTROLLERS.register(controller.name, ABOUT[controller.name])(controller)
@@ -67,7 +67,7 @@ KINDS = {
     "callable": CallablePolicy,
     "network": NetworkPolicy,
 }
-"""Policies of other trainers, by the word before the colon."""
+"""Kinds of policies of other trainers, by the word before the colon of a name."""
 
 
 for kind, policy in KINDS.items():
@@ -91,11 +91,11 @@ def with_learned_layers(
         "motion": LearnedMotion,
     }
     parts = {each: kinds[each].model_validate({"policy": str(policy)}) for each in layers}
-    return replace(controller, **parts)  # type: ignore[arg-type] # of no `name`
+    return replace(controller, **parts)  # type: ignore[arg-type] # no `name` in it
 
 
 def controller_name(controller: LayeredController) -> str | None:
-    """Name a controller of learned layers for the command `evaluate`; None if it has no name."""
+    """Return the name of a controller of learned layers for `evaluate`; None if it has none."""
     kinds = [type(part) for part in controller.layers.values()]
     for each in NAMED:
         if kinds == [type(part) for part in each.layers.values()]:

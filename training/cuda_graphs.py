@@ -1,4 +1,4 @@
-"""Work on tensors of a GPU as CUDA graphs, all its kernels in one launch; and its precision."""
+"""CUDA graphs, which launch all kernels of a function at once, and the precision of products."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,15 +10,15 @@ from torch import Tensor
 ReturnedT = TypeVar("ReturnedT")
 
 WARM_UP = 3
-"""Calls before a graph is recorded, in which libraries choose their algorithms."""
+"""Number of calls before a graph is recorded, in which libraries choose their algorithms."""
 
 
 class Repeated(Generic[ReturnedT]):
-    """Work that goes on from call to call, on tensors that stay where they are.
+    """Function on GPU tensors at fixed addresses, recorded as a CUDA graph and replayed.
 
-    It is recorded after the first calls, and then replayed; all calls are within `aside`. What it
-    is given is copied, and always has the same shapes; what it returns is overwritten by the next
-    call. It may wait for no number of the GPU.
+    It is recorded after the first calls; all calls must be made within `aside`. Arguments are
+    copied and must keep their shapes; the next call overwrites the returned tensors. The function
+    must not wait for values of the GPU.
 
     Source: the documentation of PyTorch, CUDA semantics, whole-network capture.
     """
@@ -26,7 +26,7 @@ class Repeated(Generic[ReturnedT]):
     def __init__(
         self, work: Callable[..., ReturnedT], before: Callable[[], None] | None = None
     ) -> None:
-        """`before` is what the CPU does before each call, which is no part of the graph."""
+        """Store the function; `before` runs on the CPU before each call, outside the graph."""
         self._work, self._before, self._n_calls = work, before, 0
         self._stream = torch.cuda.Stream()  # type: ignore[no-untyped-call]
         self._taken: list[Tensor] = []
@@ -34,9 +34,9 @@ class Repeated(Generic[ReturnedT]):
 
     @contextmanager
     def aside(self) -> Iterator[None]:
-        """In the stream that the work is recorded in: to change it amid a recording is an error.
+        """Run the block in the stream of the recording, which must not change amid a recording.
 
-        Later work in the usual stream waits for it.
+        Later work in the current stream waits for the block.
         """
         usual = torch.cuda.current_stream()
         self._stream.wait_stream(usual)
@@ -45,7 +45,7 @@ class Repeated(Generic[ReturnedT]):
         usual.wait_stream(self._stream)
 
     def __call__(self, *given: Tensor) -> ReturnedT:
-        """Do the work once more."""
+        """Call the function, or replay its graph."""
         if self._before:
             self._before()
         self._taken = self._taken or [each.clone() for each in given]
@@ -66,9 +66,9 @@ class Repeated(Generic[ReturnedT]):
 
 @contextmanager
 def in_tf32() -> Iterator[None]:
-    """Within it, products of matrices take the first 10 bits of a mantissa, as tensor cores do.
+    """Compute matrix products with 10 bits of mantissa (TF32, on tensor cores) within the block.
 
-    That holds for all of torch, so it is set for as long as a learner works, and then set back.
+    The setting applies to all of torch; it is restored at the end of the block.
     """
     before = torch.get_float32_matmul_precision()
     torch.set_float32_matmul_precision("high")

@@ -1,8 +1,7 @@
 """DAgger for the confidence weighting: supervised learning from the true errors of estimates.
 
-The exchanges that robots meet depend on how they weigh. Therefore in each round robots run new
-worlds under the current network, all their exchanges are recorded, and the network is fitted to
-minimise the error of the merged estimates.
+The weights influence which exchanges occur. Therefore each round runs new worlds under the current
+network, records all exchanges, and fits the network to minimise the error of the merged estimates.
 
 Source: Ross2011, A Reduction of Imitation Learning and Structured Prediction to No-Regret Online
 Learning (DAgger); here without data of earlier rounds, and with a falling learning rate.
@@ -35,12 +34,12 @@ from training.policy_file import Policy, Weights, load_policy, observation_layou
 from training.training_loop import NetworkTraining, ProgressLogger, run
 
 HIDDEN = 16  # hidden units: supervised learning can fit more of them than a search
-GRADIENT_STEPS = 500  # of Adam, in a round
-LEARNING_RATE = 0.01  # of Adam, in the first round; it falls linearly to zero over the budget
+GRADIENT_STEPS = 500  # steps of Adam in a round
+LEARNING_RATE = 0.01  # rate of Adam in the first round; it falls linearly to zero over the budget
 
 
 class WeightingActor:
-    """The network of `training.learned_weighting`, with the names and shapes of a policy file."""
+    """The network of `training.learned_weighting` in torch, with the arrays of a policy file."""
 
     def __init__(
         self,
@@ -48,7 +47,7 @@ class WeightingActor:
         hidden: int = HIDDEN,
         architecture: WeightingNetwork = EXCHANGE_NETWORK,
     ) -> None:
-        """The weights of the hidden units are orthogonal, all others zero."""
+        """Initialise the weights of the hidden units orthogonally, all others to zero."""
         self.architecture, self.sizes = architecture, {"hidden": hidden}
         shapes = architecture.shapes(self.sizes)
         self.arrays = {name: torch.zeros(shape) for name, shape in shapes.items()}
@@ -59,7 +58,7 @@ class WeightingActor:
         self._scales = torch.tensor(architecture.scales).T  # unit, centre and spread of each input
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
-        """Copy all parameters to NumPy arrays, as a policy file holds them."""
+        """Copy all parameters to NumPy arrays, named as in a policy file."""
         return {name: array.detach().numpy().copy() for name, array in self.arrays.items()}
 
     def load_numpy(self, arrays: Weights) -> None:
@@ -69,10 +68,10 @@ class WeightingActor:
                 array.copy_(torch.from_numpy(arrays[name]))
 
     def __call__(self, observed: Tensor) -> Tensor:
-        """Return the weight g of each area; 0 where the network is not asked for one.
+        """Return the weight g of each area; 0 for areas that the network does not weigh.
 
-        It is asked about areas that both robots know; if it sees what is remembered, about all
-        areas that the partner told of.
+        It weighs areas that both robots know; the reputation network weighs all areas of which an
+        estimate was received.
         """
         exchange = {name: observed[:, each] for name, each in self._columns.items()}
         seen = {**exchange, "own_p_elsewhere": exchange["own_p"].flip(1)}
@@ -106,7 +105,7 @@ class DAggerTraining(NetworkTraining):
         self._scenarios = experiment.scenarios_by_name
         layout = observation_layout("weighting", next(iter(self._scenarios.values())))
         architecture = network_over(experiment.base_controller.estimator)
-        policy = experiment.policy_of("weighting")  # the controller's own, if it is a learned one
+        policy = experiment.policy_of("weighting")  # that of the controller, if learned
         hidden = HIDDEN if policy is None else policy.card.layers["weighting"].sizes["hidden"]
         self._actor = actor = WeightingActor(layout, hidden, architecture)
         if policy is not None:
@@ -160,7 +159,7 @@ class DAggerTraining(NetworkTraining):
     def _fit(self, exchanges: Mapping[str, Exchanges]) -> dict[str, float]:
         """Fit the network; return its error reduction as a share of the oracle's, per scenario."""
         experiment = self._experiment
-        torch.set_num_threads(1)  # so that sums are the same whatever the workers
+        torch.set_num_threads(1)  # makes sums independent of the number of workers
         draws = torch.Generator().manual_seed(experiment.seed + self.done)
         gains = {name: each.gain(name) for name, each in exchanges.items()}
         left = 1.0 - self.done / experiment.budget

@@ -1,8 +1,8 @@
-"""Exchanges, and how far both estimates truly erred: recorded to be fitted to, or as a reward.
+"""Exchanges with the true errors of both estimates: as training data, or as a reward.
 
-The truth is known in training, and nowhere else. So a network can be fitted to recorded exchanges
-without trial and error; and a reward can pay for a weight at once, minutes before round trips do,
-so that a weighting is learned as a contextual bandit.
+The true errors are available in training only. A network can be fitted to recorded exchanges by
+supervised learning; or a reward rates each weight at once, minutes before round trips do, so that
+the weighting is learned as a contextual bandit.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,16 +42,16 @@ MAX_SQUARED_ERROR = 0.5
 """Upper bound of the squared error in the loss [m2]: a robot with an error of 0.7 m is lost."""
 
 UNKNOWN_ERROR = 0.15
-"""What it counts in the loss not to know an area [m2]: as if its place erred by 0.4 m."""
+"""Squared error that stands for an unknown area in the loss [m2]: an error of 0.4 m."""
 
 REWARD_UNIT = 0.01
-"""Reduction of the squared error that earns a reward of 1 [m2]: that of an error of 10 cm."""
+"""Reduction of the squared error for a reward of 1 [m2]: that of an error of 10 cm."""
 
 BATCH_SIZE = 1024  # exchanges of each scenario in a gradient step
 
 
 def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
-    """Squared error of the merged estimate, at most `MAX_SQUARED_ERROR` [m2].
+    """Return the squared error of the merged estimate, at most `MAX_SQUARED_ERROR` [m2].
 
         |(1 - g) e_i + g e_j|^2
 
@@ -62,7 +62,7 @@ def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
 
 
 def error_of_copying(g: Tensor, heard: Tensor) -> Tensor:
-    """Expected squared error if an unknown place is copied with a probability of g [m2].
+    """Return the expected squared error if an unknown area is copied with probability g [m2].
 
         (1 - g) c + g |e_j|^2
 
@@ -73,24 +73,24 @@ def error_of_copying(g: Tensor, heard: Tensor) -> Tensor:
 
 
 def error_reduction(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
-    """How much smaller `squared_error` is after an exchange with weight g than before [m2]."""
+    """Return the reduction of `squared_error` by an exchange with weight g [m2]."""
     return squared_error(torch.zeros_like(g), own, heard) - squared_error(g, own, heard)
 
 
 Actor = Callable[[Tensor], Tensor]
-"""Maps what is observed of exchanges to the weights of both areas."""
+"""Maps observations of exchanges to the weights of both areas."""
 
 
 @dataclass(frozen=True)
 class Exchanges:
-    """Recorded exchanges in which a partner told of an area, a row for each such area."""
+    """Recorded exchanges, one row for each area whose estimate the exchange can change."""
 
     observed: Float32[Array, "rows numbers"]
-    """Observation of the exchange; of a network that sees it also what is remembered."""
+    """Observation of each exchange; for the reputation network also the remembered features."""
     area: Float32[Array, "rows areas"]  # one-hot vector of the area
     known: Float32[Array, " rows"]  # 1 where the robot has an estimate of its own, else 0
     own_error: Float32[Array, "rows 2"]  # true error of the robot's own estimate of the area [m]
-    heard_error: Float32[Array, "rows 2"]  # true error of the estimate that it heard [m]
+    heard_error: Float32[Array, "rows 2"]  # true error of the heard estimate [m]
 
     def __len__(self) -> int:
         return len(self.observed)
@@ -109,18 +109,18 @@ class Exchanges:
         return Exchanges(*(each[chosen] for each in vars(self).values()))
 
     def loss(self, g: Tensor) -> Tensor:
-        """Squared error of each estimate after the exchange, with the weights g [m2]."""
+        """Return the squared error of each estimate after the exchange, with the weights g [m2]."""
         own, heard = torch.from_numpy(self.own_error), torch.from_numpy(self.heard_error)
         known = torch.from_numpy(self.known)
         return known * squared_error(g, own, heard) + (1.0 - known) * error_of_copying(g, heard)
 
     def error(self, actor: Actor) -> Tensor:
-        """Mean squared error of the estimates that a network merges [m2]."""
+        """Return the mean squared error of the estimates that a network merges [m2]."""
         weights = actor(torch.from_numpy(self.observed))
         return self.loss((weights * torch.from_numpy(self.area)).sum(1)).mean()
 
     def gain(self, name: str) -> Tensor:
-        """Mean reduction of the squared error by an oracle, which takes the better estimate [m2].
+        """Return the mean error reduction by an oracle, which takes the better estimate [m2].
 
         ConfigError, with the `name` of the scenario, if it is zero.
         """
@@ -136,7 +136,7 @@ class Exchanges:
         return gain
 
     def share(self, actor: Actor, gain: Tensor) -> float:
-        """Error reduction by a network, as a share of the error reduction by the oracle."""
+        """Return the error reduction by a network as a share of that by the oracle."""
         nobody = self.loss(torch.zeros(len(self))).mean()
         with torch.no_grad():
             return float((nobody - self.error(actor)) / gain)
@@ -144,31 +144,31 @@ class Exchanges:
 
 @dataclass(frozen=True)
 class RecordingWeighting:
-    """A weighting by a network that records all exchanges with their true errors."""
+    """Weighting by a network that records all exchanges with their true errors."""
 
     numbers: Float32[Array, " numbers"]  # flat weights of the network
     layout: FieldLayout  # layout of the observations that are recorded
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
-    """The exchanges so far, in the order of the ticks in which they ended."""
+    """Exchanges so far, in the order of the ticks in which they ended."""
     heard_p_share: ClassVar[float] = 1.0
 
     @property
     def remembers(self) -> bool:
-        """The network observes what robots remember, and is asked about unknown areas."""
+        """Whether the network observes reputations and weighs areas unknown to the robot."""
         return self.architecture is REPUTATION_NETWORK
 
     def start_knowing(
         self, running: RunningLayers, world: ForagingWorld
     ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
-        """Start the running weighting, with access to the beliefs and to the ground truth."""
+        """Start the weighting, with access to the beliefs and to the ground truth."""
         layer = self.architecture.layer(self.numbers, world.scenario)
         weigh = RowWeighting(layer, is_told if self.remembers else is_weighed)
         is_double = running.estimator.numbers["double"] > 0.0
 
         def record_and_weigh(exchange: Rows) -> Float32[Array, "rows areas"]:
             is_recorded = is_merged(exchange, is_double)
-            if self.remembers:  # it is asked about areas that the robot does not know, too
+            if self.remembers:  # it also weighs areas that the robot does not know
                 is_recorded |= (exchange.heard_known > 0.0) & ~(exchange.own_known > 0.0)
             row, area = np.nonzero(is_recorded)
             own, heard = errors(running.minds, world)
@@ -184,19 +184,19 @@ class RecordingWeighting:
 
 
 def is_merged(exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
-    """Both robots know the area, and a double exchange or the robot's goal is about it."""
+    """Return where both robots know the area, and the exchange is double or the area the goal."""
     is_known: Bool[Array, "rows areas"] = (exchange.heard_known > 0.0) & (exchange.own_known > 0.0)
     return is_known if is_double else is_known & (exchange.goal[:, :2] > 0.0)
 
 
 @kernel
 def is_told(exchange: Exchange, area: int) -> bool:
-    """The partner told of the area."""
+    """Return whether an estimate of the area was received."""
     return bool(exchange.heard_known[area])
 
 
 def _remembered(exchanges: Array, row: Array, area: Array) -> Float32[Array, "chosen numbers"]:
-    """What robots remember of their partners, and of others, of one area each."""
+    """Return the remembered features of the chosen rows, of one area each."""
     columns = [exchanges[name] for name in REMEMBERED]
     chosen = [each[row, area] if each.ndim > 1 else each[row] for each in columns]
     return np.stack(chosen, axis=1, dtype=np.float32)
@@ -219,13 +219,13 @@ def record_exchanges(
 
 
 class ErrorRewardVecEnv(TensorVecEnv):
-    """Rewards a learner for the error reduction in its exchange, instead of round trips.
+    """Environment that rewards the error reduction in an exchange instead of round trips.
 
-    Its blocks step on exchanges, among robots that exchange the places of areas.
+    Its blocks use `step_on="exchange"` and an estimator that exchanges the positions of areas.
     """
 
     def step(self, actions: Tensor) -> Step:
-        """One decision of all rows, with rewards in `REWARD_UNIT`."""
+        """Step all rows, with rewards in units of `REWARD_UNIT`."""
         g = torch.split((actions.cpu() + 1.0) / 2.0, self._n_rows)
         reduced = torch.cat(
             [_error_reduction_in(*each) for each in zip(self.blocks, g, strict=True)]
@@ -235,7 +235,7 @@ class ErrorRewardVecEnv(TensorVecEnv):
 
 
 def _error_reduction_in(block: ArrayEnv, g: Tensor) -> Tensor:
-    """What every learner's weights g, of both areas, would reduce its errors by now [m2]."""
+    """Return the error reduction by each learner's weights g, summed over both areas [m2]."""
     layers, world = block.download().loop.controller, block.world
     assert isinstance(layers, RunningLayers)
     assert isinstance(world, ForagingWorld)

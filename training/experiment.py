@@ -33,7 +33,7 @@ LAYERS: dict[str, tuple[LayerName, ...]] = {
     "both": ("weighting", "motion"),
     "everything": (),
 }
-"""Choices of what is trained, with the layers of the controller that each replaces."""
+"""Layers of the controller that are replaced, for each choice of what is trained."""
 
 TEST_SEEDS = range(1_000, 1_030)
 """Test seeds, for the final score of a policy: never used in training or selection."""
@@ -51,7 +51,7 @@ PACKAGES = ("swarm-forage", "numpy", "numba", "pymunk", "safetensors")
 
 @dataclass(frozen=True)
 class Experiment:
-    """One training run: everything that its result depends on."""
+    """Options of one training run: everything that its result depends on."""
 
     layer: str
     scenarios: tuple[str, ...]
@@ -67,7 +67,7 @@ class Experiment:
     held_back: int = 10  # number of held-back seeds of an evaluation, in each scenario
     population: int | None = None  # candidates of a generation (cma); None: the default of CMA-ES
     settings: Mapping[str, str] = field(default_factory=dict)
-    """Changes of every scenario, by dotted name."""
+    """Changes to the parameters of all scenarios, by dotted name."""
     controller: str = "ssgiff"  # controller whose other layers are used
     physics: str = "rigid"
     workers: int = 1
@@ -164,7 +164,7 @@ class Experiment:
 
     @cached_property
     def base_controller(self) -> LayeredController:
-        """The controller whose layers are replaced; ConfigError if it is not of layers alone."""
+        """Controller whose layers are replaced; ConfigError unless it consists of layers alone."""
         controller = find_controller(self.controller)
         if not isinstance(controller, LayeredController) or "policy" in controller.layers:
             raise ConfigError(
@@ -175,7 +175,7 @@ class Experiment:
         return controller
 
     def policy_of(self, layer: LayerName) -> Policy | None:
-        """The policy of the controller's own layer; None if that layer is hand-written."""
+        """Return the policy of a layer of the controller; None if the layer is hand-written."""
         part = self.base_controller.layers[layer]
         if isinstance(part, LearnedWeighting | LearnedMotion):
             return load_policy(part.policy)
@@ -192,7 +192,7 @@ class Experiment:
         return HELD_BACK_SEEDS[: self.held_back]
 
     def training_seeds(self, first: int, count: int) -> range:
-        """Seeds of `count` training worlds, after the first `first` ones."""
+        """Return the seeds of `count` training worlds, after the first `first` ones."""
         if first + count > WORLDS_PER_EXPERIMENT:
             raise ConfigError(f"more than {WORLDS_PER_EXPERIMENT} training worlds")
         start = FIRST_TRAINING_SEED + self.seed * WORLDS_PER_EXPERIMENT + first
@@ -206,7 +206,7 @@ class Experiment:
         names += ["held_back", "population", "physics"]
         if self.algorithm == "imitation":  # the learning rate falls to zero over the budget
             names.append("budget")
-        if self.device != "cpu":  # which rounds otherwise
+        if self.device != "cpu":  # a GPU rounds differently
             names.append("device")
         terms = vars(self) | {"scenarios": " ".join(self.scenarios), "controller": controller.name}
         identity = {name: str(terms[name]) for name in names}
@@ -221,7 +221,7 @@ class Experiment:
 
     @property
     def command(self) -> str:
-        """The command line that runs the same experiment again."""
+        """Command line that runs the same experiment again."""
         names = ["algorithm", "seed", "budget", "every", "worlds", "held_back", "controller"]
         names += ["physics", "workers", "out"]
         names += ["population"] if self.population is not None else []
@@ -233,17 +233,17 @@ class Experiment:
 
 
 def worlds_per_scenario(experiment: Experiment) -> dict[str, int]:
-    """Number of worlds of each scenario, so that all scenarios have about as many robots."""
+    """Return the number of worlds of each scenario, so that all have about as many robots."""
     robots = {name: each.task.n_robots for name, each in experiment.scenarios_by_name.items()}
     fewest = min(robots.values())
     return {name: max(1, experiment.worlds * fewest // n) for name, n in robots.items()}
 
 
 def step_seed(seed: int, step: int) -> int:
-    """The random seed of one training step (a generation or an interval) of an experiment."""
+    """Return the random seed of one training step (a generation or an interval)."""
     return int(np.random.SeedSequence([seed, step]).generate_state(1)[0])
 
 
 def versions(*more: str) -> dict[str, str]:
-    """Versions of the packages that a result depends on."""
+    """Return the versions of the packages that a result depends on."""
     return {package: version(package) for package in (*PACKAGES, *more)}

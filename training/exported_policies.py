@@ -1,12 +1,12 @@
-"""Policies that a trainer of another library has exported: TorchScript, ONNX, a function by name.
+"""Policies exported by trainers of other libraries: TorchScript, ONNX, or a Python function.
 
     torch.jit.script(network).save("policy.pt")
     torch.onnx.export(network, (observations,), "policy.onnx", dynamic_shapes=({0: "robots"},))
     save_policy_card("policy.onnx", "es1", learn="motion", decision_period=5)
 
-A network has one input, observations (robots, numbers), any number of robots at once. Its output,
-in ONNX the first one, is deterministic actions: (robots, numbers), or whole numbers (robots,) or
-scores of all choices (robots, choices) where actions are discrete.
+A network has one input: observations (robots, features), for any number of robots. Its output, in
+ONNX the first one, is deterministic actions (robots, actions). Discrete actions are integers
+(robots,) or scores of all choices (robots, choices).
 """
 
 import warnings
@@ -27,16 +27,16 @@ from training.policy_file import needed_by
 
 
 class _Exported(PolicyFile):
-    """A network in a file, and the code that runs it."""
+    """Base of policies whose network is in a file."""
 
     def start(self, form: PolicyForm) -> Started:
-        """The network; of scores of choices the choices of the highest ones."""
+        """Start the network; from scores of choices, it takes the choice with the highest score."""
         run = self._opened()
 
         def predict(observed: Array) -> Array:
             try:
                 output = run(observed)
-            except Exception as error:  # those of onnxruntime have no other base
+            except Exception as error:  # onnxruntime's errors have no other base
                 why = reason(ValueError(str(error).strip().rpartition("\n")[2]))
                 raise ConfigError(
                     f"policy {self.file}: does not take observations of {len(observed)} robots and"
@@ -49,7 +49,7 @@ class _Exported(PolicyFile):
         return started_function(predict, 0, self.source)
 
     def _opened(self) -> Callable[[Array], Array]:
-        """What maps observations to outputs; ConfigError for a file of another kind."""
+        """Return the map from observations to outputs. ConfigError for a file of another kind."""
         raise NotImplementedError
 
 
@@ -85,7 +85,7 @@ class OnnxPolicy(_Exported):
             import onnxruntime
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 4  # it tells everything twice
+        options.log_severity_level = 4  # else it logs every error, which is also raised
         on_cpu = ["CPUExecutionProvider"]
         try:
             session = onnxruntime.InferenceSession(str(path), options, providers=on_cpu)
@@ -100,26 +100,26 @@ class OnnxPolicy(_Exported):
 
 
 class CallablePolicy(PolicyFile):
-    """A function of Python's: callable:package.module:function.
+    """A Python function: callable:package.module:function.
 
-    It maps what the robots of a world observe to their actions, both (robots, numbers); with
-    `n_state` also their hidden states to the next ones, (robots, n_state). Its module is imported,
-    which runs it, from Python's path or the current folder.
+    It maps observations (robots, features) to actions (robots, actions); with `n_state` also
+    hidden states (robots, n_state) to the next ones. Its module is imported, and thereby run, from
+    Python's path or the current folder.
     """
 
     n_state: StateSize = Field(0, description="Numbers in the hidden state of a robot; 0: none")
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """The file of the module too."""
+        """Files that the output depends on, including the file of the module."""
         return (*super(PolicyFile, self).reads, module_file(self._function()))
 
     def card(self) -> PolicyCard | None:
-        """A function has none: its name gives the keywords."""
+        """Return None: a function has no card; its name gives the keywords."""
         return None
 
     def start(self, form: PolicyForm) -> Started:
-        """The function."""
+        """Start the function."""
         return started_function(self._function(), self.n_state, self.source)
 
     def _function(self) -> Callable[..., object]:

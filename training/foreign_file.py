@@ -1,4 +1,4 @@
-"""Files that strangers may have made: read with a limit on their size, refused in one line."""
+"""Reading of untrusted files, with limits on their sizes and one-line error messages."""
 
 import io
 import stat
@@ -12,22 +12,22 @@ from pydantic import ValidationError
 
 from swarm_forage_env.errors import ConfigError
 
-# The most bytes that are read:
-LARGEST = 256 * 2**20  # of weights: a network of three layers of 1,024 has a fifth of that
-LARGEST_ZIP = 4 * LARGEST  # of a model: its optimiser's state is twice its weights
-LARGEST_TELLING = 16 * 2**20  # of a model's JSON: it has a megabyte for some thousand robots
-LARGEST_CARD = 2 * 2**20  # with a learning curve of some thousand points it has one megabyte
+# Largest number of bytes that are read:
+LARGEST = 256 * 2**20  # weights; networks of three layers of 1,024 units have a fifth of that
+LARGEST_ZIP = 4 * LARGEST  # zip of a model, whose optimiser's state is twice its weights
+LARGEST_TELLING = 16 * 2**20  # JSON of a model: one megabyte for a few thousand robots
+LARGEST_CARD = 2 * 2**20  # card: one megabyte with a learning curve of a few thousand points
 
 PACKED = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED
-"""How a member may be packed: others swell to any size while a single byte of them is read."""
+"""Accepted compression methods: others can expand without limit while a single byte is read."""
 
 DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, KeyError, ValueError, RuntimeError,
           OverflowError, EOFError, OSError)  # fmt: skip
-"""Raised by a zip that is damaged, encrypted or packed in an unknown way."""
+"""Errors raised for a zip that is damaged, encrypted or compressed by an unknown method."""
 
 
 def reason(error: Exception) -> str:
-    """The first line of an error, its printable characters, 200 at most."""
+    """Return the printable characters of the first line of an error, at most 200."""
     text = str(error).strip().partition("\n")[0]
     if isinstance(error, ValidationError):
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
@@ -37,7 +37,7 @@ def reason(error: Exception) -> str:
 
 
 def check_file(file: Path, what: str, largest: int = LARGEST) -> None:
-    """ConfigError unless it is a regular file of at most `largest` bytes."""
+    """Raise ConfigError unless the path is a regular file of at most `largest` bytes."""
     try:
         state = file.stat()
     except (OSError, ValueError) as error:
@@ -49,20 +49,20 @@ def check_file(file: Path, what: str, largest: int = LARGEST) -> None:
 
 
 def read_file(file: Path, what: str, largest: int = LARGEST) -> bytes:
-    """The content of a file; ConfigError for one that cannot be read or has more bytes."""
+    """Return the content of a file. ConfigError if it cannot be read or has more bytes."""
     check_file(file, what, largest)
     try:
         with file.open("rb") as stream:
             content = stream.read(largest + 1)
     except OSError as error:
         raise _unreadable(file, what, error) from None
-    if len(content) > largest:  # of a file that grows, or that has no size
+    if len(content) > largest:  # the file grows, or reports no size
         raise ConfigError(f"{what} {file}: {_too_large(len(content), largest)}")
     return content
 
 
 def read_members(file: Path, largest: Mapping[str, int]) -> list[bytes]:
-    """Members of a zip, of at most these bytes; ValueError if one is missing, larger or damaged."""
+    """Read members of a zip up to these sizes; ValueError if one is missing, larger or damaged."""
     try:
         with zipfile.ZipFile(file) as archive:
             return [_member(archive, name, bound) for name, bound in largest.items()]
@@ -71,7 +71,7 @@ def read_members(file: Path, largest: Mapping[str, int]) -> list[bytes]:
 
 
 def check_zip(content: bytes | Path) -> None:
-    """ValueError unless it is a zip whose members have at most `LARGEST` bytes."""
+    """Raise ValueError unless it is a zip whose members have at most `LARGEST` bytes in total."""
     source = content if isinstance(content, Path) else io.BytesIO(content)
     try:
         with zipfile.ZipFile(source) as archive:
@@ -83,7 +83,7 @@ def check_zip(content: bytes | Path) -> None:
 
 
 def _member(archive: zipfile.ZipFile, name: str, largest: int) -> bytes:
-    """The content of a member, up to the size in the zip's directory."""
+    """Return the content of a member, up to the size in the zip's directory."""
     member = archive.getinfo(name)
     if member.file_size > largest:
         raise ValueError(f"'{name}' {_too_large(member.file_size, largest)}")

@@ -1,13 +1,13 @@
-"""Graphs of who heard whom, for networks that pass messages between robots.
+"""Graphs of the received messages, for graph neural networks.
 
     env = ArrayEnv("es1", n_worlds=8, observation=["layer", Edges])
     graphs = Graphs(env)
     observations, _ = env.reset(seed=0)
     graph = graphs(observations)
 
-The observation holds the edges, so that a network makes the graph of whatever it is given: of a
-step, of the last observations of episodes, of a minibatch of whole worlds, of one world in an
-evaluation. `torch_geometric.data.Data(**vars(graph))` is the graph in PyTorch Geometric.
+The observation contains the edges, so that any observations can be converted: those of a step, the
+last ones of episodes, a minibatch of whole worlds, or one world in an evaluation.
+`torch_geometric.data.Data(**vars(graph))` is the graph in PyTorch Geometric.
 """
 
 from collections.abc import Sequence
@@ -28,26 +28,26 @@ from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.spaces import Feature
 
 PART = "edges"
-"""The name of a number of an edge begins with it."""
+"""Prefix of the names of edge features."""
 
 SENDER, BEAM = f"{PART}.sender.", f"{PART}.beam."
 
 PER_SLOT = 4
-"""Numbers of a message slot: the sender, and the beam."""
+"""Number of features of a message slot: the sender and the three features of its beam."""
 
 BEAMS = FieldPath(PART, "robots.heard", Heard, "range_bearing")
 
 
 class Edges:
-    """An observation: the messages that a robot heard in the last tick, as edges of a graph.
+    """Observation of the messages received in the last tick, as edges of a graph.
 
-    First the number of the sender of each message slot, from 1, or 0 where the slot is empty; then
-    for each slot the range of the sender [m], its bearing and the bearing back [rad], as measured.
-    An empty slot is zeros.
+    The first features are the sender of each message slot, counted from 1, or 0 if the slot is
+    empty. Then follow, for each slot, the measured range [m] and bearing [rad] of the sender, and
+    the bearing of the receiver from the sender [rad]. Empty slots are zero.
     """
 
     def features(self, scenario: BaseScenario, agents: Sequence[str]) -> Sequence[Feature]:
-        """What each number is; ConfigError in a scenario whose robots have no radio."""
+        """Describe each feature. ConfigError if the robots of the scenario have no radio."""
         if not isinstance(scenario, EpuckScenario):
             raise ConfigError(
                 f"observation={type(self).__name__}: shows who was heard by radio, and robots of a"
@@ -60,7 +60,7 @@ class Edges:
     def write(
         self, context: ObservationContext, out: Float32[Array, "worlds robots numbers"]
     ) -> None:
-        """Write what every robot heard."""
+        """Write the messages that every robot received."""
         heard, n = context.robots["heard"], out.shape[2] // PER_SLOT
         is_valid = np.arange(n) < heard["n"][..., None]
         out[..., :n] = np.where(is_valid, heard["sender"][..., :n] + 1, 0)
@@ -69,29 +69,29 @@ class Edges:
 
 @dataclass(frozen=True)
 class Graph:
-    """The robots of some worlds as one graph, in PyTorch Geometric's layout.
+    """The robots of several worlds as one graph, in the layout of PyTorch Geometric.
 
-    Node `world * n_robots + robot` is a robot, an edge is a message that was heard.
+    Node `world * n_robots + robot` is a robot; an edge is a received message.
     """
 
     x: Tensor
-    """What each robot observes beside the edges: nodes by features."""
+    """Observation of each robot without the edges, shape (nodes, features)."""
     edge_index: Tensor
-    """Sender and receiver of each message: 2 by edges, int64; in the order of receivers."""
+    """Sender and receiver of each message, shape (2, edges), int64, in the order of receivers."""
     edge_attr: Tensor
-    """Range, bearing and bearing back of each message, scaled as observed: edges by 3."""
+    """Range and both bearings of each message, scaled as observed, shape (edges, 3)."""
     batch: Tensor
-    """The world of each node, int64."""
+    """World of each node, int64."""
 
 
 class Graphs:
-    """Makes graphs of what the robots of an environment observe, on the device of the tensors."""
+    """Conversion of the observations of an environment to graphs, on the device of the tensors."""
 
     def __init__(self, env: ArrayEnv) -> None:
         """Find the edges in the observations of an environment.
 
-        ConfigError for one whose observations have none, or in which some robots do not learn.
-        Of stacked observations the newest edges count.
+        ConfigError if the observations have no edges, or if some robots do not learn. In stacked
+        observations the newest edges are used.
         """
         names = env.observation_layout.names
         self._senders = [k for k, name in enumerate(names) if name.startswith(SENDER)]
@@ -112,13 +112,13 @@ class Graphs:
 
     @property
     def n_features(self) -> int:
-        """Numbers of a node."""
+        """Number of features of a node."""
         return len(self._features)
 
     def __call__(self, observations: object) -> Graph:
-        """The graph of observations: worlds by robots by numbers, or a row for each robot.
+        """Return the graph of observations (worlds, robots, features), or of one row per robot.
 
-        ConfigError for other numbers, and for rows that are not whole worlds.
+        ConfigError for another number of features, and for rows that are not whole worlds.
         """
         seen = torch.as_tensor(observations)
         n_numbers = seen.shape[-1]
@@ -137,11 +137,11 @@ class Graphs:
         return Graph(rows[:, self._features], index, beams[receiver, slot], world)
 
     def dense(self, graph: Graph) -> tuple[Tensor, Tensor, Tensor]:
-        """The graph padded: features, adjacency, and features of edges, by worlds.
+        """Return node features, adjacency matrices and edge features as dense tensors.
 
-        Features are worlds by robots by features. Adjacency is worlds by receivers by senders: 1
+        Node features are (worlds, robots, features). Adjacency is (worlds, receivers, senders): 1
         for a message, else 0, so that `adjacency @ features` sums over the senders of each robot.
-        Features of edges are worlds by receivers by senders by 3, zeros where nothing was heard.
+        Edge features are (worlds, receivers, senders, 3), zero without a message.
         """
         sender, receiver = graph.edge_index
         n = self.n_robots
