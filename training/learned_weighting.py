@@ -1,7 +1,7 @@
 """Learned confidence weightings: a small network adds to the log-odds of SGIFF.
 
-Among liars it also sees what the estimator `reputation_odometry` remembers: who tells, and who else
-told the same. Then it is asked about areas that the robot does not know, too.
+The reputation network also observes the memory of the estimator `reputation_odometry`: the
+reputation of the sender and the agreement of others. It also weighs areas unknown to the robot.
 
 Not in the papers: all of it; JosangIsmail2002 for the reputations.
 """
@@ -37,11 +37,11 @@ SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0
 maps centimetres as well as tens of metres to within a few units of zero."""
 
 REMEMBERED = ("own_known", "own_visited", "right", "wrong", "support", "suspicion", "dissent")
-"""Inputs of the network that a robot remembers, for one area of an exchange."""
+"""Further inputs of the reputation network: what a robot remembers for one area of an exchange."""
 
 REMEMBERED_SCALES = ((1.0, 0.35, 0.35), (1.0, 0.35, 0.35), (1.0, 0.7, 0.7), (1.0, 0.7, 0.7),
                      (0.5, 0.7, 0.7), (0.5, 0.7, 0.7), (0.5, 0.7, 0.7))  # fmt: skip
-"""Their scaling: unit u, centre c and spread s of (ln(1 + x / u) - c) / s."""
+"""Scaling of `REMEMBERED`: unit u, centre c and spread s of (ln(1 + x / u) - c) / s."""
 
 Features = tuple[float, ...]  # the scaled features of one area of an exchange
 HIDDEN = 4  # default number of hidden units
@@ -62,14 +62,14 @@ def unflatten(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]
 
 @kernel
 def scaled(x: float, scale: tuple[float, float, float]) -> float:
-    """Scaled feature (ln(1 + x / u) - c) / s."""
+    """Return the scaled feature (ln(1 + x / u) - c) / s."""
     unit, centre, spread = scale
     return (log1p(np.float64(x) / unit) - centre) / spread
 
 
 @kernel
 def scaled_features(exchange: Exchange, area: int) -> Features:
-    """Scaled features of one area of an exchange, in the order of `FEATURES`."""
+    """Return the scaled features of one area of an exchange, in the order of `FEATURES`."""
     return (
         scaled(exchange.own_p[area], SCALES[0]),
         scaled(exchange.heard_p[area], SCALES[1]),
@@ -84,7 +84,7 @@ def scaled_features(exchange: Exchange, area: int) -> Features:
 
 @kernel
 def remembered_features(exchange: Exchange, area: int) -> Features:
-    """Scaled features of what a robot remembers, in the order of `REMEMBERED`."""
+    """Return the scaled features of a robot's memory, in the order of `REMEMBERED`."""
     return (
         scaled(exchange.own_known[area], REMEMBERED_SCALES[0]),
         scaled(exchange.own_visited[area], REMEMBERED_SCALES[1]),
@@ -98,7 +98,7 @@ def remembered_features(exchange: Exchange, area: int) -> Features:
 
 @kernel
 def log_odds(features: Features, ahead: float, network: Float64[Array, " numbers"]) -> float:
-    """Log-odds of the heard estimate; those of SGIFF if all weights are zero.
+    """Return the log-odds of the heard estimate; those of SGIFF if all weights are zero.
 
         l = (1 + d_0) (p_i - p_j) + d . x + w . tanh(V x + v) + b
 
@@ -120,7 +120,7 @@ def log_odds(features: Features, ahead: float, network: Float64[Array, " numbers
 
 @kernel
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
-    """The weight g = 1 / (1 + exp(-l)) of an area, written as a tanh, which cannot overflow."""
+    """Return the weight g = 1 / (1 + exp(-l)) of an area, as a tanh, which cannot overflow."""
     ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
     odds = log_odds(scaled_features(exchange, area), ahead, numbers.network)
     return 0.5 + 0.5 * tanh(0.5 * odds)
@@ -128,7 +128,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 @kernel
 def reputation_gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
-    """`gain` of a network that sees what is remembered, too."""
+    """Return `gain` of the reputation network."""
     ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
     features = scaled_features(exchange, area) + remembered_features(exchange, area)
     return 0.5 + 0.5 * tanh(0.5 * log_odds(features, ahead, numbers.network))
@@ -136,16 +136,16 @@ def reputation_gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 
 @dataclass(frozen=True)
 class WeightingNetwork:
-    """An architecture of learned weightings."""
+    """Architecture of a learned weighting."""
 
     name: str  # name on a policy card
     features: tuple[str, ...]  # inputs of the network for one area of an exchange
     scales: tuple[tuple[float, float, float], ...]
     """Unit, centre and spread by which each input is scaled."""
-    gain: Kernel  # the weight that a network of this architecture gives
+    gain: Kernel  # computes the weight by such a network
 
     def shapes(self, sizes: Mapping[str, int]) -> Shapes:
-        """Shapes of the arrays of the network, in the order of the flat weights."""
+        """Return the shapes of the arrays of the network, in the order of the flat weights."""
         hidden, n = sizes["hidden"], len(self.features)
         return {
             "hidden.weight": (hidden, n),
@@ -156,29 +156,29 @@ class WeightingNetwork:
         }
 
     def layer(self, numbers: Array, scenario: BaseScenario) -> WeightingLayer:
-        """The weighting layer of a network, from its flat weights, rounded to single precision."""
+        """Return the weighting layer of flat weights, which are rounded to single precision."""
         single = np.asarray(numbers, np.float32).astype(np.float64)
         return WeightingLayer(self.gain, {"network": single}, heard_p_share=1.0)
 
     def numbers_of(self, policy: Policy) -> Float64[Array, " numbers"]:
-        """Flat weights of a policy's weighting network; ConfigError if it does not fit."""
+        """Return the flat weights of a policy's weighting. ConfigError if it does not fit."""
         policy.check_fits("weighting", Scenario())
         shapes = self.shapes(policy.sizes_of("weighting", self.name, ("hidden",)))
         return flatten(policy.weights_of("weighting", shapes), shapes)
 
 
 EXCHANGE_NETWORK = WeightingNetwork("log-odds", FEATURES, SCALES, gain)
-"""The network that sees what a learner of the weighting observes."""
+"""Network on what a learner of the weighting observes."""
 
 
 REPUTATION_NETWORK = WeightingNetwork(
     "log-odds-reputation", (*FEATURES, *REMEMBERED), (*SCALES, *REMEMBERED_SCALES), reputation_gain
 )
-"""The network that sees what a robot remembers, too."""
+"""Network on the same observation and on what the robot remembers."""
 
 
 def network_over(estimator: object) -> WeightingNetwork:
-    """The architecture of a weighting over an estimator: what it observes and is asked about."""
+    """Return the architecture of a weighting for an estimator."""
     remembers = isinstance(estimator, ReputationOdometryParameters) and estimator.weighs_unknown
     return REPUTATION_NETWORK if remembers else EXCHANGE_NETWORK
 
@@ -206,18 +206,18 @@ class LearnedWeighting(Parameters):
         return (policy_path(self.policy),)
 
     def check_usable(self, scenario: object = None) -> None:
-        """ConfigError or UnknownNameError if the policy is missing or does not fit."""
+        """Raise ConfigError or UnknownNameError if the policy is missing or does not fit."""
         self.architecture.numbers_of(load_policy(self.policy))
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
-        """The network of the policy file; ConfigError if it is missing or does not fit."""
+        """Return the layer of the policy file. ConfigError if it is missing or does not fit."""
         numbers = self.architecture.numbers_of(load_policy(self.policy))
         return self.architecture.layer(numbers, scenario)
 
 
 @WEIGHTING_RULES.register("learned_reputation")
 class LearnedReputation(LearnedWeighting):
-    """A trained network sets the weight of a heard estimate by what is remembered of its teller.
+    """A trained network sets the weight of a heard estimate, also by the reputation of its sender.
 
         g_i = 1 / (1 + exp(-l))
         p_i = (1 - g_i) p_i + g_i p_j

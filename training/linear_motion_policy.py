@@ -5,10 +5,10 @@
     run      = 10^tanh(v x) run                       of the random walk, without a goal
 
 x are the features below; the rows of W_k give the forward and the turning component. With all
-weights zero it is subsumption.
+weights zero, the motion is subsumption.
 
-So few weights can be optimised by CMA-ES for the round trips of the whole swarm, whereas a policy
-gradient on each robot's own trips may teach it to push its neighbours aside.
+With few weights, CMA-ES can maximise the round trips of the whole swarm, whereas a policy gradient
+on each robot's own trips may teach it to push its neighbours aside.
 """
 
 import math
@@ -59,20 +59,20 @@ SPAN = math.log(10.0)  # largest change of the logarithm of a straight run's len
 
 
 class SearchCourse(Course):
-    """What the policy remembers of a robot's course. Writers: `steer`, `subsume`."""
+    """Course of a robot, with the memory of the policy. Writers: `steer`, `subsume`."""
 
     searched: float = field(np.float64, unit="m")
-    """Path travelled since there was a goal."""
+    """Path travelled since the robot last had a goal."""
 
     features: Float64[Array, " features"] = field(np.float64, len(FEATURES))
-    """The input features of this tick."""
+    """Input features of this tick."""
 
 
 @kernel
 def goal_features(
     target: Float32[Array, "2"], p: float, searched: float, out_x: Float64[Array, " features"]
 ) -> None:
-    """Features of the goal: direction, nearness, uncertainty; `searched` < 0 means a goal."""
+    """Write direction, nearness and uncertainty of the goal; `searched` < 0 means a goal."""
     distance, unsure = searched, searched
     if searched < 0.0:
         distance, unsure = hypot(target[0], target[1]), p
@@ -84,7 +84,7 @@ def goal_features(
 
 @kernel
 def proximity_features(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> None:
-    """Features of the proximity sensors: obstacles to the left, ahead and to the right."""
+    """Write the features of the proximity sensors: obstacles to the left, ahead and right."""
     for k in range(8):
         side, ahead = RAY_SIN[k], RAY_COS[k]
         out_x[5] += proximity[k] * max(side, 0.0)
@@ -94,7 +94,7 @@ def proximity_features(proximity: Float32[Array, "8"], out_x: Float64[Array, " f
 
 @kernel
 def message_features(heard: Heard, slots: float, out_x: Float64[Array, " features"]) -> None:
-    """Features of the messages heard: the nearest sender, and the share of slots in use."""
+    """Write the features of the messages: the nearest sender, and the share of slots in use."""
     if heard.n == 0:
         return
     nearest, beam = 0, heard.range_bearing
@@ -111,7 +111,7 @@ def message_features(heard: Heard, slots: float, out_x: Float64[Array, " feature
 def policy_output(
     x: Float64[Array, " features"], numbers: Float64[Array, " numbers"], mode: int
 ) -> tuple[float, float, float]:
-    """Output of the policy: residual of the left and right wheel, factor of a straight run.
+    """Return the residuals of the left and the right wheel, and the factor of a straight run.
 
     forward, turning = tanh(W_mode x);  left, right = forward -+ turning, in [-1, 1]
     """
@@ -136,7 +136,7 @@ def write_features(
     memory: SearchCourse,
     slots: float,
 ) -> None:
-    """Write all input features of a tick to the memory; `wheels` are the last."""
+    """Write all input features of a tick to the memory; `wheels` are the last wheel speeds."""
     x = memory.features
     for k in range(x.shape[0]):
         x[k] = 0.0
@@ -153,7 +153,7 @@ def write_features(
 
 @kernel
 def add_residual(wheels: Float32[Array, "2"], left: float, right: float) -> None:
-    """Add the residuals to the wheels of subsumption: clip(own + RESIDUAL_GAIN residual, -1, 1)."""
+    """Add the residuals to the speeds of subsumption: clip(own + RESIDUAL_GAIN residual, -1, 1)."""
     reach = np.float32(RESIDUAL_GAIN)
     wheels[0] = min(max(wheels[0] + reach * np.float32(left), -1.0), 1.0)
     wheels[1] = min(max(wheels[1] + reach * np.float32(right), -1.0), 1.0)
@@ -168,10 +168,9 @@ def steer(
     memory: SearchCourse,
     numbers: Numbers,
 ) -> None:
-    """Subsumption, corrected by the policy; `wheels` are the last, and the next.
+    """Correct subsumption by the policy; `wheels` holds the last speeds, and then the next.
 
-    To a robot that is talking nothing is added, as communication takes control of the motors
-    (TR, Section 5.2).
+    A talking robot gets no residual: communication takes control of the motors (TR, Section 5.2).
     """
     has_goal = goal_of(situation.goal) >= 0
     walked = numbers.path_per_wheel * abs(np.float64(wheels[0]) + np.float64(wheels[1]))
@@ -188,19 +187,19 @@ def steer(
 
 
 class LinearMotion:
-    """The architecture of learned motions."""
+    """Architecture of learned motions."""
 
     name = "reflexes"  # name on a policy card
 
     def shapes(self, sizes: Mapping[str, int]) -> Shapes:
-        """Shapes of the arrays of a policy, in the order of the flat weights."""
+        """Return the shapes of the arrays of a policy, in the order of the flat weights."""
         return {
             "steer.weight": (2, 2, len(FEATURES)),  # with and without a goal; forward and turning
             "walk.weight": (len(FEATURES),),
         }
 
     def layer(self, policy: Array, scenario: Scenario) -> MotionLayer:
-        """The motion layer of a policy, from its flat weights, rounded to single precision."""
+        """Return the motion layer of flat weights, which are rounded to single precision."""
         numbers = {
             **SubsumptionParameters().numbers(scenario),
             "policy": np.asarray(policy, np.float32).astype(np.float64),
@@ -210,7 +209,7 @@ class LinearMotion:
         return MotionLayer(steer, numbers, SearchCourse, kernels=WHERE_A_LEARNER_STEERS)
 
     def numbers_of(self, policy: Policy) -> Float64[Array, " numbers"]:
-        """Flat weights of a policy's linear motion; ConfigError if it is another architecture."""
+        """Return the flat weights of a policy's motion. ConfigError for another architecture."""
         shapes = self.shapes(policy.sizes_of("motion", self.name, ()))
         return flatten(policy.weights_of("motion", shapes), shapes)
 
@@ -232,14 +231,14 @@ class LearnedMotion(Parameters):
         return (policy_path(self.policy),)
 
     def check_usable(self, scenario: object = None) -> None:
-        """ConfigError or UnknownNameError if the policy is missing or does not fit."""
+        """Raise ConfigError or UnknownNameError if the policy is missing or does not fit."""
         policy = load_policy(self.policy)
         if isinstance(scenario, Scenario) and task_of(scenario).name == "foraging":
             policy.check_fits("motion", scenario)
         LINEAR_MOTION.numbers_of(policy)
 
     def layer(self, scenario: Scenario) -> MotionLayer:
-        """The compiled motion; ConfigError if the policy does not fit."""
+        """Return the compiled motion. ConfigError if the policy does not fit."""
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
         return LINEAR_MOTION.layer(LINEAR_MOTION.numbers_of(policy), scenario)

@@ -1,11 +1,11 @@
-"""Policies of dense layers, as PPO of `swarm-forage train` saves them; they run without torch.
+"""Policies of dense layers, as saved by PPO of `swarm-forage train`; they run without torch.
 
     x_0 = observation,  x_k+1 = tanh(W_k x_k + b_k),  action = W_n x_n + b_n
 
 The weights are safetensors: `0.weight`, `0.bias` and so on, and `log_std`, the logarithm of the
-standard deviation by which the policy acted in training. In a file with arrays `encoder.*` and
-`gru.*` a memory lies before the layers, and x_0 is the state of the robot; `training.actor_critic`
-has its equations. The card of the same name tells its keywords and its training.
+standard deviation of the actions in training. With arrays `encoder.*` and `gru.*`, a recurrent unit
+precedes the layers, and x_0 is its state; `training.actor_critic` has the equations. The card of
+the same name records the keywords and the training.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,14 +27,14 @@ from training.policy_file import Shapes, Weights, misfit, packed_weights, read_w
 
 LOG_STD = "log_std"
 
-GATES = 3  # reset, update and new state, which the arrays of the memory hold one after the other
+GATES = 3  # reset, update and new state, in this order in the arrays of the recurrent unit
 
 
 class NetworkPolicy(PolicyFile):
     """A network that `swarm-forage train` has saved: network:runs/x/best.safetensors."""
 
     def start(self, form: PolicyForm) -> Started:
-        """The mean action; by chance with Gaussian noise, as in training."""
+        """Start the network: its mean action, if stochastic with Gaussian noise as in training."""
         network, log_std = self._loaded(form)
         deviation = np.exp(log_std)
 
@@ -45,11 +45,11 @@ class NetworkPolicy(PolicyFile):
         return Started(act, network.n_state, has_distribution=True)
 
     def pilot(self, form: PolicyForm) -> Pilot:
-        """The mean action, compiled beside the world."""
+        """Return the network, which takes the mean action, to be compiled with the world."""
         return self._loaded(form)[0].pilot(form)
 
     def _loaded(self, form: PolicyForm) -> tuple["Network", Float32[Array, " actions"]]:
-        """The network, and the logarithms of deviations; ConfigError if they do not fit."""
+        """Return the network and the log standard deviations. ConfigError if they do not fit."""
         if form.action.is_discrete:
             raise ConfigError(f"policy {self.file}: gives numbers, not choices; leave out discrete")
         weights, sha256 = read_weights(self.path)
@@ -76,41 +76,41 @@ MEMORY = (
     ("gru.weight_ih", "gru.bias_ih"),
     ("gru.weight_hh", "gru.bias_hh"),
 )
-"""The arrays of a memory, which lies before the layers."""
+"""Arrays of the recurrent unit, which precedes the layers."""
 
 
 def packed_layers(weights: Weights, names: Iterable[tuple[str, str]]) -> Float32[Array, " numbers"]:
-    """Of each layer, by the names of its arrays, the matrix, inputs by outputs, and the bias."""
+    """Pack layers, named by their arrays: of each, the matrix (inputs, outputs) and the bias."""
     return np.concatenate([part for w, b in names for part in (weights[w].T.ravel(), weights[b])])
 
 
 @dataclass(frozen=True)
 class Network:
-    """Layers, and before them a memory if there is one, as `forward` takes them."""
+    """Packed layers of a network, after a recurrent unit if there is one."""
 
     numbers: Float32[Array, " numbers"]
-    """As `packed_layers` gives them."""
+    """Weights and biases, as packed by `packed_layers`."""
     sizes: Int64[Array, " sizes"]
-    """Numbers of a state; what is observed, hidden units of each layer, actions."""
+    """Sizes of the recurrent state, the observation, each hidden layer, and the action."""
 
     @property
     def n_state(self) -> int:
-        """Numbers of a robot's state."""
+        """Size of a robot's recurrent state; 0: none."""
         return int(self.sizes[0])
 
     @property
     def n_between(self) -> int:
-        """Numbers that `forward` needs room for."""
+        """Size of the working memory of `forward`."""
         return 2 * int(self.sizes[1:].max()) + (1 + 2 * GATES) * self.n_state
 
     def pilot(self, form: PolicyForm) -> Pilot:
-        """The network as it is compiled beside a world."""
+        """Return the network, to be compiled with a world."""
         return Pilot(form, forward, self.numbers, self.sizes, self.n_state, self.n_between)
 
     def __call__(self, observed: Rows, states: Rows) -> tuple[Rows, Rows]:
-        """The mean action of each robot, and its next state.
+        """Return the mean action and the next state of each robot.
 
-        They are the same, bit for bit, whatever rows are beside it.
+        They do not depend on the other rows, bit for bit.
         """
         after, actions = states.copy(), np.empty((len(observed), self.sizes[-1]), np.float32)
         seen, between = np.ascontiguousarray(observed, np.float32), self.n_between
@@ -119,9 +119,9 @@ class Network:
 
 
 def shapes_of(sizes: Sequence[int], n_state: int = 0) -> Shapes:
-    """Shapes of the arrays of a network; `sizes` are inputs, hidden units and actions.
+    """Return the shapes of a network's arrays; `sizes` are inputs, hidden units and actions.
 
-    With a memory of `n_state` numbers the layers start from these.
+    With `n_state` > 0, a recurrent unit with a state of this size precedes the layers.
     """
     n_observed, *rest = sizes
     shapes: dict[str, tuple[int, ...]] = {LOG_STD: (sizes[-1],)}
@@ -177,7 +177,7 @@ def remember(
     state: Float32[Array, " state"],
     between: Float32[Array, " between"],
 ) -> int:
-    """Advance the state of a robot by a gated recurrent unit; where the layers' numbers begin."""
+    """Advance the state by a gated recurrent unit; return the offset of the layers' weights."""
     n = state.shape[0]
     encoded, of_input, of_state = between[:n], between[n : 4 * n], between[4 * n : 7 * n]
     multiply(observed[:n_in], numbers, 0, encoded)
@@ -197,7 +197,7 @@ def remember(
 
 @kernel
 def sigmoid(x: float) -> float:
-    """1 / (1 + exp(-x)), without overflow."""
+    """Return 1 / (1 + exp(-x)), without overflow."""
     return 0.5 + 0.5 * tanh(0.5 * x)
 
 
@@ -208,7 +208,7 @@ def multiply(
     at: int,
     out: Float32[Array, " outputs"],
 ) -> None:
-    """Write x weight + bias, whose numbers begin at `at`; the order of the sums is fixed."""
+    """Write x W + b, with W and b from offset `at` on; the order of the sums is fixed."""
     n_in, n_out = x.shape[0], out.shape[0]
     for j in range(n_out):
         out[j] = numbers[at + n_in * n_out + j]

@@ -1,4 +1,4 @@
-"""Policies of other trainers: what they are, and the keywords of their training."""
+"""Policies of other trainers, with the keywords of their training."""
 
 import sys
 from collections.abc import Callable, Sequence
@@ -29,34 +29,34 @@ SHOWN_BY = tuple(
         "policy_form",
     )
 )  # fmt: skip
-"""The code of environments between a policy and the world."""
+"""Source files of the environments between a policy and the world."""
 
 StateSize = Annotated[int, Field(ge=0, le=10_000)]
 
 Rows = Float32[Array, "robots numbers"]
 
 Act = Callable[[Rows, Float64[Array, "robots draws"] | None, Rows], tuple[object, Rows]]
-"""Maps what the robots of a world observe, random draws, and their hidden states, (robots,
-n_state), to their actions and the next states; without draws it acts deterministically. A robot has
-one standard normal draw for each number of its action; or one that is uniform in [0, 1), if actions
-are choices."""
+"""Maps observations, random draws and hidden states (robots, n_state) of the robots of a world to
+actions and next states; without draws the actions are deterministic. The draws of a robot are one
+standard normal value per component of its action, or one uniform value in [0, 1) if actions are
+choices."""
 
 
 @dataclass(frozen=True)
 class Started:
-    """A policy that can act."""
+    """Policy that is ready to act."""
 
     act: Act
     n_state: int = 0
-    """Numbers in the hidden state of a robot, which is zeros when an episode starts."""
+    """Size of the hidden state of a robot, which is zero when an episode starts."""
     has_distribution: bool = False
-    """It takes draws."""
+    """Whether the policy can act stochastically, by draws."""
 
 
 def imported(name: str) -> object:
     """Import `package.module:name`, from Python's path or the current folder.
 
-    Importing a module runs it. ConfigError where there is no such thing.
+    Importing a module runs it. ConfigError if the module or the name does not exist.
     """
     home, _, own = name.partition(":")
     here = str(Path.cwd())
@@ -70,7 +70,7 @@ def imported(name: str) -> object:
 
 
 def module_file(part: object) -> Path:
-    """The file of the module that defines a class or function."""
+    """Return the file of the module that defines a class or function."""
     home = sys.modules[part.__module__]
     return Path(vars(home).get("__file__") or getfile(home))
 
@@ -97,17 +97,17 @@ class ForeignPolicy(PolicyKeywords):
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """Files that its output depends on, beside those of its kind: what observes the world."""
+        """Files that the output depends on: here, the code that makes its observations."""
         names = self.observation.split("+") if isinstance(self.observation, str) else ()
         return (*SHOWN_BY, *(module_file(imported(each)) for each in names if ":" in each))
 
     @property
     def source(self) -> str:
-        """Its name in error messages."""
+        """Name of the policy in error messages."""
         return type(self).__name__
 
     def config(self) -> EnvConfig:
-        """The keywords, as an environment has them."""
+        """Return the keywords as the configuration of an environment."""
         names = self.observation
         observed = [
             imported(each) if isinstance(each, str) and ":" in each else each
@@ -117,15 +117,15 @@ class ForeignPolicy(PolicyKeywords):
         return validated(EnvConfig, {**own, "observation": observed})
 
     def card(self) -> PolicyCard | None:
-        """The card of its training, if it has one."""
+        """Return the card of the training; None if there is none."""
         return None
 
     def start(self, form: PolicyForm) -> Started:
-        """The policy, ready to act; ConfigError if it does not fit."""
+        """Start the policy. ConfigError if it does not fit."""
         raise NotImplementedError
 
     def pilot(self, form: PolicyForm) -> Pilot:
-        """The policy compiled beside the world; ConfigError for one that Python must call."""
+        """Return the policy for compilation with the world. ConfigError if Python must call it."""
         raise ConfigError(
             f"policy {self.source}: Python calls it; what runs without Python are networks that"
             " swarm-forage train has saved (network:FILE), and those of PPO and A2C of"
@@ -136,14 +136,14 @@ class ForeignPolicy(PolicyKeywords):
 def drawn_choices(
     probabilities: Float64[Array, "robots choices"], draws: Float64[Array, "robots draws"]
 ) -> Int64[Array, " robots"]:
-    """The choice of each robot: the first below which a share of at least its draw lies."""
+    """Return each robot's choice: the first whose cumulative probability exceeds the draw."""
     shares = np.cumsum(probabilities, axis=1)
     chosen: Int64[Array, " robots"] = (shares <= draws[:, :1] * shares[:, -1:]).sum(axis=1)
     return chosen
 
 
 def started_function(function: Callable[..., object], n_state: int, source: str) -> Started:
-    """A function of the user's, which is given states if it has some; ConfigError for none back."""
+    """Start a Python function; with `n_state` it must return next states, else ConfigError."""
 
     def act(observed: Rows, draws: object, states: Rows) -> tuple[object, Rows]:
         if not n_state:
@@ -168,7 +168,7 @@ def started_function(function: Callable[..., object], n_state: int, source: str)
 
 
 def as_array(output: object, refusal: str) -> Array:
-    """An output as an array; ConfigError where it is none."""
+    """Return an output as an array. ConfigError, which begins with `refusal`, if it is none."""
     try:
         return np.asarray(output)
     except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients
@@ -176,13 +176,13 @@ def as_array(output: object, refusal: str) -> Array:
 
 
 class PolicyFile(ForeignPolicy):
-    """A policy in a file."""
+    """Policy in a file."""
 
     file: str = Field("", description="The file")
 
     @property
     def path(self) -> Path:
-        """The file; ConfigError if there is none."""
+        """Path of the file; ConfigError if there is none."""
         path = Path(self.file)
         if not self.file:
             raise ConfigError("policy: which file? Name it after the colon, as in sb3:model.zip")
@@ -195,26 +195,26 @@ class PolicyFile(ForeignPolicy):
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """The file too."""
+        """Files that the output depends on, including this file."""
         return (*super().reads, self.path)
 
     @property
     def source(self) -> str:
-        """The name of the file."""
+        """Name of the file."""
         return self.file
 
     def card(self) -> PolicyCard | None:
-        """The card beside the file."""
+        """Return the card beside the file; None if there is none."""
         return read_policy_card(self.path)
 
 
 class FunctionPolicy(ForeignPolicy):
-    """A Python function that maps what the robots of a world observe to their actions."""
+    """A Python function that maps observations of the robots of a world to their actions."""
 
     function: Callable[..., object] | None = None
     n_state: StateSize = Field(0, description="Numbers in the hidden state of a robot; 0: none")
 
     def start(self, form: PolicyForm) -> Started:
-        """The function itself."""
+        """Start the function."""
         assert self.function is not None
         return started_function(self.function, self.n_state, self.source)

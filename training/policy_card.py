@@ -1,7 +1,7 @@
-"""Policy cards: under which keywords a policy of another trainer was trained.
+"""Policy cards: the keywords under which a policy of another trainer was trained.
 
-Every environment has a card on its space of observations, and so stable-baselines3 keeps it in
-what `model.save("model.zip")` writes, as plain JSON. Beside other files it lies as JSON of the same
+Every environment has a card on its observation space, so that stable-baselines3 saves it with
+`model.save("model.zip")`, as plain JSON. Beside other files, the card is a JSON file of the same
 name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
 """
 
@@ -24,36 +24,36 @@ from training.foreign_file import LARGEST_CARD, read_file, reason
 from training.policy_file import TrainingRecord, write_card
 
 Word = Annotated[str, Field(max_length=1000, pattern=r"^\P{C}*$")]
-"""What a message can quote: no line ends, nothing that a terminal obeys."""
+"""Text that a message can quote: without line breaks and control characters."""
 
 
 class CardKeywords(PolicyKeywords):
-    """Keywords of `parallel_env` that make observations and read actions.
+    """Keywords of `parallel_env` that determine observations and actions.
 
-    A card holds no others: only a name gives the file that is run, and trusts it.
+    A card holds no others: only the name of a policy selects the file that is run and trusted.
     """
 
     observation: Word = "layer"
 
 
 class PolicyCard(Parameters):
-    """What a policy was trained on."""
+    """Card of a policy: the scenario, controller and keywords of its training."""
 
     format: Literal[2] = 2
-    """Version of the card; 1 was of environments of version 1, and another one is refused."""
+    """Version of the card; a card of version 1 is converted, any other version is refused."""
     scenario: Word
     controller: Word
-    """Controller of the other layers, as `ssgiff:weighting.beta=0.01`."""
+    """Controller of the other layers, such as `ssgiff:weighting.beta=0.01`."""
     keywords: CardKeywords
     observes: tuple[tuple[Word, Word], ...]
-    """Name and unit of each number of an observation."""
+    """Name and unit of each feature of the observation."""
     training: TrainingRecord | None = None
-    """How `swarm-forage train` has trained it."""
+    """Record of the training by `swarm-forage train`."""
 
     @model_validator(mode="before")
     @classmethod
     def _of_version_1(cls, card: object) -> object:
-        """Add to a card of format 1 the defaults of its time."""
+        """Add the defaults of version 1 to a card of format 1."""
         if not isinstance(card, dict) or card.get("format") != 1:
             return card
         keywords, scenario = card.get("keywords"), card.get("scenario")
@@ -66,7 +66,7 @@ class PolicyCard(Parameters):
 
 
 def card_of(parts: EnvParts) -> PolicyCard:
-    """The card of a policy that is trained under checked keywords of `parallel_env`."""
+    """Return the card of a policy that is trained under checked keywords of `parallel_env`."""
     return PolicyCard.model_validate_json(made_with(parts.form, parts.controller))
 
 
@@ -76,10 +76,10 @@ def save_policy_card(
     controller: Controllers | None = None,
     **options: Unpack[EnvOptions],
 ) -> Path:
-    """Write the card of a policy file beside it, under the keywords that it was trained with.
+    """Write the card of a policy file beside it, with the keywords of its training.
 
     Args:
-        file: The policy, `policy.pt`; the card is `policy.json` beside it.
+        file: File of the policy, such as `policy.pt`; the card is `policy.json` beside it.
         scenario: The scenario of the training.
         controller: Controller of the layers that were not learned.
         **options: The other keywords of `parallel_env`.
@@ -91,7 +91,7 @@ def save_policy_card(
 
 
 def read_policy_card(file: str | Path) -> PolicyCard | None:
-    """The card beside a policy file; None without one, ConfigError for one that is none."""
+    """Read the card beside a policy file; None without one. ConfigError if it is not valid."""
     path = Path(file).with_suffix(".json")
     if not os.path.lexists(path):
         return None
@@ -99,7 +99,7 @@ def read_policy_card(file: str | Path) -> PolicyCard | None:
 
 
 def card_from(text: str | bytes, where: str) -> PolicyCard:
-    """The card that a text holds; ConfigError if it holds none."""
+    """Return the card that a text holds. ConfigError if it holds none."""
     try:
         return PolicyCard.model_validate_json(text)
     except ValidationError as error:
@@ -110,7 +110,7 @@ def card_from(text: str | bytes, where: str) -> PolicyCard:
 
 
 def as_in_a_name(keywords: Mapping[str, object]) -> str:
-    """Keywords as in the name of a policy.
+    """Return keywords as they are written in the name of a policy.
 
     >>> as_in_a_name({"normalise": True, "discrete": (3, 5), "learn": "motion"})
     'normalise=true, discrete=3x5, learn=motion'

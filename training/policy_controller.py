@@ -1,9 +1,9 @@
 """Controllers whose learned layer is a policy of another trainer: `sb3:model.zip`.
 
-The rest of the loop is hand-written, by the controller that the policy was trained beside. The
-code of the environments makes its observations and reads its actions, so that a policy does in an
-evaluation what it did in training. It acts for one world at a time: the rounding of a matrix
-product depends on its number of rows, and an episode must not depend on its neighbours.
+The other layers are hand-written: those of the controller in training. The code of the environments
+makes the observations and reads the actions, so that a policy acts in an evaluation as in training.
+It acts for one world at a time: the rounding of a matrix product depends on its number of rows, and
+an episode must not depend on others that run with it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -32,38 +32,38 @@ from training.running_policy import RunningForeignPolicy, Steer
 
 @dataclass(frozen=True)
 class PolicyController(LayeredController):
-    """A policy that replaces a layer, or everything, and hand-written layers for the rest."""
+    """Controller of a policy that replaces some or all layers; the others are hand-written."""
 
     policy: ForeignPolicy
 
     main_parameter = "file"
-    """The parameter after the colon of a name: `sb3:model.zip`."""
+    """Parameter that follows the colon of a name: `sb3:model.zip`."""
 
     @property
     def layers(self) -> dict[str, Parameters]:
-        """The policy, and the parameters of each layer."""
+        """Parameters of each layer, and the policy."""
         return {**super().layers, "policy": self.policy}
 
     @property
     def layer_names(self) -> dict[str, str]:
-        """The name of each layer, and of the kind of policy."""
+        """Name of each layer, and kind of the policy."""
         return {**self.hand_written.layer_names, "policy": type(self.policy).__name__}
 
     @property
     def is_everything(self) -> bool:
-        """The policy replaces all layers."""
+        """Whether the policy replaces all layers."""
         return self.policy.learn == "everything"
 
     @property
     def hand_written(self) -> LayeredController:
-        """The layers alone."""
+        """Controller of the hand-written layers alone."""
         return LayeredController(self.name, self.estimator, self.weighting, self.motion)
 
     def with_parameters(self, values: Mapping[str, Any]) -> "PolicyController":
-        """The same controller with some parameters changed, its file and its controller first.
+        """Return the controller with some parameters changed, `file` and `controller` first.
 
-        The card of a file gives the keywords of its training, and the controller beside which it
-        was trained; `values` override them.
+        The card of the file gives the keywords and the controller of the training; `values`
+        override them.
         """
         own, changed = dict(values), self
         file = own.pop("policy.file", own.pop("file", None))
@@ -83,14 +83,14 @@ class PolicyController(LayeredController):
         return controller
 
     def under(self, scenario: BaseScenario) -> TeamController:
-        """The controller of the other layers; beside a policy of everything there are none."""
+        """Return the controller of the other layers; for a policy of everything, raw control."""
         raw_control = task_of(scenario).raw_control
         if self.is_everything and isinstance(raw_control, TeamController):
             return raw_control
         return self.hand_written
 
     def pilot(self, scenario: BaseScenario) -> Pilot:
-        """The policy, compiled beside the world; ConfigError for one that Python must call."""
+        """Return the policy for compilation with the world. ConfigError if Python must call it."""
         form = self.form(scenario)
         if self.policy.chance or form.additions or form.config.stack > 1:
             raise ConfigError(
@@ -101,30 +101,30 @@ class PolicyController(LayeredController):
         return self.policy.pilot(form)
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
-        """The language of the controller of the other layers."""
+        """Return the language of the controller of the other layers."""
         return self.under(scenario).language(scenario)
 
     def over(
         self, world: World, inner: RunningController, robots: Sequence[int]
     ) -> "RunningForeignPolicy":
-        """The policy of some robots, over the other layers; ConfigError if it does not fit."""
+        """Start the policy of some robots over the other layers. ConfigError if it does not fit."""
         form = self.form(world.scenario)
         return RunningForeignPolicy(world, inner, form, Steer(self.policy, form, robots), robots)
 
     def check_usable(self, scenario: BaseScenario) -> None:
-        """ConfigError or UnknownNameError if a layer or the policy does not fit the scenario."""
+        """Raise ConfigError or UnknownNameError if a layer or the policy does not fit."""
         if not self.is_everything:
             self.hand_written.check_usable(scenario)
         form = self.form(scenario)
         Steer(self.policy, form, range(len(form.agents)))
 
     def check_supports(self, scenario: BaseScenario) -> None:
-        """ConfigError if a hand-written layer is not made for the world of this scenario."""
+        """Raise ConfigError if a hand-written layer does not support the world of this scenario."""
         if not self.is_everything:
             self.hand_written.check_supports(scenario)
 
     def assumed(self, scenario: BaseScenario) -> str:
-        """The keywords that a file without a card is run under; empty for one with a card."""
+        """Return a message on the keywords assumed for a file without a card; empty with a card."""
         if not isinstance(self.policy, PolicyFile) or self.policy.card() is not None:
             return ""
         form = self.form(scenario)
@@ -141,7 +141,7 @@ class PolicyController(LayeredController):
         )
 
     def form(self, scenario: BaseScenario) -> PolicyForm:
-        """What the policy observes and gives; ConfigError if its card differs."""
+        """Return the form of observations and actions. ConfigError if the card differs."""
         form = PolicyForm([scenario], self.policy.config())
         card = self.policy.card()
         if card is not None:
@@ -152,9 +152,9 @@ class PolicyController(LayeredController):
         return replace(self, policy=validated(type(self.policy), terms))
 
     def _written_on(self, card: PolicyCard) -> Controller | None:
-        """The controller of the other layers on a card; None beside a policy of everything.
+        """Return the controller on a card; None for a policy of everything.
 
-        ConfigError unless it is hand-written layers and their parameters: a card opens no file.
+        ConfigError unless it consists of hand-written layers and parameters: a card opens no file.
         """
         if self.is_everything:
             return None
@@ -174,7 +174,7 @@ class PolicyController(LayeredController):
             ) from None
 
     def name_of_layers(self) -> str:
-        """The name of the controller of the other layers, or else of each of them."""
+        """Return the name of the controller of the other layers, or else the layers' names."""
         layers = self.hand_written.layers
         alike = (
             each.name
@@ -184,7 +184,7 @@ class PolicyController(LayeredController):
         return next(alike, "+".join(self.hand_written.layer_names.values()))
 
     def _beside(self, controller: str | Controller) -> "PolicyController":
-        """The same beside the layers of another controller."""
+        """Return this policy with the layers of another controller. ConfigError if it has none."""
         other = find_controller(controller)
         if not isinstance(other, LayeredController) or isinstance(other, PolicyController):
             raise ConfigError(f"controller '{other.name}': must be made of layers")
@@ -201,14 +201,14 @@ def policy_controller(
     n_state: int = 0,
     **keywords: Unpack[PolicyOptions],
 ) -> PolicyController:
-    """A controller of a function that maps what the robots of a world observe to their actions.
+    """Return a controller of a function that maps observations of a world's robots to actions.
 
         team = policy_controller(model.predict_rows, learn="motion", decision_period=5)
         env = parallel_env("es1", controller=team, learners=1)
 
-    `learn` and `keywords` are those of `parallel_env` under which it was trained. With
-    `n_state=64` the function also gets a hidden state of each robot, float32 (robots, 64), which
-    is zeros when an episode starts, and returns actions and the next states.
+    `learn` and `keywords` are those of `parallel_env` in training. With `n_state=64` the function
+    also receives the hidden states of the robots, float32 (robots, 64), which are zero when an
+    episode starts, and returns actions and the next states.
 
     Args:
         function: Maps observations (robots, features) to actions (robots, actions).
@@ -224,15 +224,15 @@ def policy_controller(
 
 
 def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:
-    """A controller of a policy beside the layers of `ssgikf`."""
+    """Return a controller of a policy with the other layers of `ssgikf`."""
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
 
 
 def _check_named(
     name: str, policy: ForeignPolicy, card: PolicyCard, own: Mapping[str, object]
 ) -> None:
-    """ConfigError if a card alone names a class to observe by, as it runs no code; or if no name
-    makes what observed in training."""
+    """Raise ConfigError if only the card names an observation class, as a card runs no code, or if
+    the class had arguments in training, which a name cannot give."""
     trained = card.keywords.observation
     named = own.get("observation", own.get("policy.observation"))
     for each in trained.split("+"):
@@ -251,7 +251,7 @@ def _check_named(
 
 
 def _check_observes(policy: ForeignPolicy, card: PolicyCard, form: PolicyForm) -> None:
-    """ConfigError for the first feature that was another one in training."""
+    """Raise ConfigError for the first feature that was another one in training."""
     common = OF_BOUND if card.keywords.normalise == form.config.normalise else ""
     features = (
         [f"{name} [{unit.removeprefix(common)}]" for name, unit in side]

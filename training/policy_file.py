@@ -78,7 +78,7 @@ class CurvePoint(Parameters):
 
 
 class TrainingRecord(Parameters):
-    """How a policy was trained, and how it scored meanwhile."""
+    """Record of the training of a policy, with its scores."""
 
     scenarios: tuple[str, ...]
     """Scenarios of the training, each with its own changes: `es1:radio.frames=50`."""
@@ -93,17 +93,17 @@ class TrainingRecord(Parameters):
     score: dict[str, Interval]
     """Round trips on the held-back seeds, in each scenario."""
     sha256: str = ""
-    """SHA-256 hash of the file of weights; written with it."""
+    """SHA-256 hash of the weights file, with which it is written."""
 
 
 class Format(Parameters):
-    """The version of a card, which is validated first."""
+    """Version of a card, which is validated first."""
 
     format: Literal[1] = 1
 
 
 class Card(TrainingRecord, Format):
-    """Model card of a policy: what it is, and everything needed to train it again."""
+    """Model card of a policy: its layers, and everything needed to repeat its training."""
 
     layers: dict[LayerName, LayerCard] = Field(min_length=1)
     controller: str
@@ -117,14 +117,14 @@ class Card(TrainingRecord, Format):
 
 @dataclass(frozen=True)
 class Policy:
-    """A loaded policy: file, weights and card."""
+    """Loaded policy: file, weights and card."""
 
     source: Path
     weights: Weights
     card: Card
 
     def sizes_of(self, layer: LayerName, network: str, names: tuple[str, ...]) -> dict[str, int]:
-        """Sizes of one layer's network; ConfigError if its architecture is another one."""
+        """Return the sizes of one layer's network. ConfigError for another architecture."""
         card = self._layer(layer)
         if card.network != network:
             raise self._refusal(f"its {layer} is a network '{card.network}', not '{network}'")
@@ -134,7 +134,7 @@ class Policy:
         return card.sizes
 
     def weights_of(self, layer: LayerName, shapes: Shapes) -> Weights:
-        """Weights of one layer, by name without the layer; ConfigError if shapes differ."""
+        """Return the weights of one layer, named without it. ConfigError if shapes differ."""
         prefix = f"{layer}."
         weights = arrays_under(prefix, self.weights)
         other = misfit(
@@ -169,14 +169,14 @@ class Policy:
 
 
 def arrays_under(prefix: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
-    """The arrays whose names have a prefix, by the rest of their names."""
+    """Return the arrays whose names have a prefix, by the rest of their names."""
     return {
         name.removeprefix(prefix): each for name, each in arrays.items() if name.startswith(prefix)
     }
 
 
 def misfit(has: Shapes, wants: Shapes) -> str:
-    """The first array, by name, that is missing, too many or of another shape; empty if none is."""
+    """Describe the first array that is missing, unexpected or of another shape; empty if none."""
     for name in sorted(has.keys() | wants.keys()):
         if has.get(name) != wants.get(name):
             here, wanted = has.get(name, "missing"), wants.get(name, "no such array")
@@ -185,24 +185,24 @@ def misfit(has: Shapes, wants: Shapes) -> str:
 
 
 def observation_layout(layer: str, scenario: Scenario) -> FieldLayout:
-    """Observation layout of a layer in a scenario."""
+    """Return the observation layout of a layer in a scenario."""
     return LEARNABLE[layer].layout(scenario, has_walk=False)
 
 
 def observation_features(layer: str, scenario: Scenario) -> tuple[FeatureName, ...]:
-    """Components of a layer's observation in a scenario."""
+    """Return the components of a layer's observation in a scenario."""
     return _names(observation_layout(layer, scenario))
 
 
 def action_features(layer: LayerName) -> tuple[FeatureName, ...]:
-    """Components of a layer's action."""
+    """Return the components of a layer's action."""
     return _names(LEARNABLE[layer].action)
 
 
 def layer_card(
     layer: LayerName, scenario: Scenario, network: str, sizes: Mapping[str, int]
 ) -> LayerCard:
-    """Make the card of a layer that is trained in a scenario."""
+    """Return the card of a layer that is trained in a scenario."""
     return LayerCard(
         network=network,
         sizes=dict(sizes),
@@ -218,7 +218,7 @@ def save_policy(file: Path, weights: Weights, card: Card) -> None:
 
 
 def write_both(file: Path, content: bytes, card: Parameters) -> None:
-    """Write a file of weights and the card beside it, each atomically."""
+    """Write a weights file and the card beside it, each atomically."""
     write_atomically(file, content)
     write_card(card_path(file), card)
 
@@ -229,7 +229,7 @@ def write_card(file: Path, card: Parameters) -> None:
 
 
 def packed_weights(file: Path, weights: Weights) -> tuple[bytes, str]:
-    """The content of a file of weights, and its SHA-256 hash; ConfigError for NaN and infinity."""
+    """Return content and SHA-256 hash of a weights file. ConfigError for NaN and infinity."""
     with needed_by(f"policy {file}"):
         from safetensors.numpy import save
     check_weights(weights, str(file))
@@ -238,7 +238,7 @@ def packed_weights(file: Path, weights: Weights) -> tuple[bytes, str]:
 
 
 def read_weights(file: Path) -> tuple[Weights, str]:
-    """The arrays of a file of weights, and its SHA-256 hash; ConfigError for a damaged one."""
+    """Read the arrays and the SHA-256 hash of a weights file. ConfigError if it is damaged."""
     with needed_by(f"policy {file}"):
         from safetensors import SafetensorError
         from safetensors.numpy import load
@@ -254,8 +254,8 @@ def read_weights(file: Path) -> tuple[Weights, str]:
 def load_policy(policy: str | Path) -> Policy:
     """Load a policy from a file, or the bundled policy of that name.
 
-    ConfigError for a file that is missing, damaged or without a card that fits it,
-    UnknownNameError for an unknown name, ModuleNotFoundError without safetensors.
+    ConfigError if the file is missing, damaged or without a card that fits it, UnknownNameError for
+    an unknown name, ModuleNotFoundError without safetensors.
     """
     file = policy_path(policy)
     weights, sha256 = read_weights(file)
@@ -273,7 +273,7 @@ def load_policy(policy: str | Path) -> Policy:
 
 
 def policy_path(policy: str | Path) -> Path:
-    """Path of a policy file, given as a bundled name (`weighting`) or as a path."""
+    """Return the path of a policy, given as a bundled name (`weighting`) or as a path."""
     if Path(policy).suffix == ".safetensors":
         return Path(policy)
     names = [each.stem for each in BUNDLED.glob("*.safetensors")]
@@ -283,7 +283,7 @@ def policy_path(policy: str | Path) -> Path:
 
 
 def card_path(file: Path) -> Path:
-    """Path of the card that belongs to a file of weights."""
+    """Return the path of the card that belongs to a weights file."""
     return file.with_suffix(".json")
 
 
@@ -298,7 +298,7 @@ def check_weights(weights: Mapping[str, Array], where: str) -> None:
 
 @contextmanager
 def needed_by(what: str) -> Iterator[None]:
-    """An import within fails with what needs the package, and what installs it."""
+    """Extend the error of a failed import in the block by what needs and installs the package."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,10 +1,10 @@
-"""PPO from scratch on the environment's default keywords: one policy for all robots.
+"""PPO from scratch, with one policy for all robots.
 
-Observations and actions are those of `parallel_env(scenario, learn=layer)`, and the reward is round
-trips, as for every other trainer; a weighting is rewarded by the error of estimates
-(`training.exchanges`). Training runs in intervals. Each resets the worlds with new seeds and
-ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the
-last interval and ends with the same result.
+Observations and actions are those of `parallel_env(scenario, learn=layer)` with the keywords of
+`PRESETS`. The reward is round trips, as for every other trainer, but a weighting is rewarded by the
+error of estimates (`training.exchanges`). Training runs in intervals. Each resets the worlds with
+new seeds and ends with an evaluation on held-back seeds and a checkpoint, so that an interrupted
+run resumes from the last interval and ends with the same result.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
@@ -38,20 +38,20 @@ from training.training_loop import ProgressLogger, Training, run
 
 @dataclass(frozen=True)
 class Preset:
-    """How a layer is trained; by default as the motion."""
+    """Settings for the training of a layer; the defaults are those of the motion."""
 
     keywords: EnvOptions = field(default_factory=EnvOptions)
-    """Keywords of the environment that are not its defaults."""
+    """Keywords of the environment that differ from its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
-    on_gpu: PPOHyperparameters | None = None  # None: the same
+    on_gpu: PPOHyperparameters | None = None  # None: the same on a GPU
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
     network: type[ActorCritic] = ActorCritic
     vec_env: type[TensorVecEnv] = TensorVecEnv
 
 
 MANY_WORLDS = PPOHyperparameters(n_steps=32, n_minibatches=8, n_epochs=4, learning_rate=2e-3)
-"""For thousands of worlds on a GPU: the best of six by the round trips after six seconds
-(docs/guides/gpu.md)."""
+"""Hyperparameters for thousands of worlds on a GPU: the best of six by the round trips after six
+seconds (docs/guides/gpu.md)."""
 
 PRESETS: Mapping[str, Preset] = {
     "weighting": Preset(
@@ -69,8 +69,8 @@ PRESETS: Mapping[str, Preset] = {
         network=RecurrentActorCritic,
     ),
 }
-"""For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
-(decision 0033), for the weighting by decisions 0034 and 0042."""
+"""Preset for each choice of the trained layer, chosen on es1: for the motion after 6 million
+robot-steps (decision 0033), for the weighting by decisions 0034 and 0042."""
 
 LATEST = "latest.safetensors"  # file of the policy of the last interval
 
@@ -82,7 +82,7 @@ def train(experiment: Experiment, say: Callable[[str], None]) -> PolicyControlle
 
 
 def controller_of(file: Path, beside: LayeredController | None = None) -> PolicyController:
-    """The controller of a policy that PPO has saved, by its card, or beside other layers."""
+    """Return the controller of a policy saved by PPO, with its card's layers or with `beside`."""
     terms = {"file": str(file), "controller": beside}
     return named_policy("network", NetworkPolicy()).with_parameters(terms)
 
@@ -92,7 +92,7 @@ class PPOTraining(Training):
 
     def __init__(self, experiment: Experiment) -> None:
         super().__init__(experiment)
-        torch.set_num_threads(1)  # quicker for networks this small
+        torch.set_num_threads(1)  # faster for such small networks
         torch.manual_seed(experiment.seed)
         env = make_env(experiment)
         preset, n_observed = PRESETS[experiment.layer], len(env.observation_layout)
@@ -120,7 +120,7 @@ class PPOTraining(Training):
         return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
 
     def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
-        """Round trips of the latest policy, which is saved, in each held-back world."""
+        """Return the round trips of the latest policy, which is saved, in each held-back world."""
         experiment, file = self._experiment, self._experiment.out / LATEST
         self._write(file, self._weights, {})
         controller = controller_of(file, controller_beside(experiment))
@@ -158,7 +158,7 @@ class PPOTraining(Training):
 
 
 def keywords(experiment: Experiment) -> EnvOptions:
-    """Keywords of `parallel_env` under which an experiment trains."""
+    """Return the keywords of `parallel_env` under which an experiment trains."""
     physics = OwnName(experiment.physics)
     terms: EnvOptions = {"learn": OwnName(experiment.layer), "physics": physics}
     if experiment.device == "cpu":
@@ -167,12 +167,12 @@ def keywords(experiment: Experiment) -> EnvOptions:
 
 
 def controller_beside(experiment: Experiment) -> LayeredController | None:
-    """The controller of the layers that are not trained; None where there are none."""
+    """Return the controller of the layers that are not trained; None if there are none."""
     return None if experiment.layer == "everything" else experiment.base_controller
 
 
 def make_env(experiment: Experiment) -> TensorVecEnv:
-    """Make the robots of all scenarios of an experiment, on its device."""
+    """Make the environment of all scenarios of an experiment, on its device."""
     return PRESETS[experiment.layer].vec_env(
         [
             ArrayEnv(

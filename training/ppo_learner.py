@@ -1,12 +1,12 @@
-"""PPO in tensors that stay where the worlds are: policies, rollouts and updates on one device.
+"""PPO in tensors: policies, rollouts and updates stay on the device of the worlds.
 
-A rollout is decisions of all rows. Then a table holds what was seen, done and gained, and an epoch
-of the update takes its rows in minibatches, in an order of its own. On a GPU a decision and an
-epoch of dense layers are a CUDA graph each; a CPU calls the same functions. Policies side by side
-learn on an equal part of the rows each.
+A rollout consists of decisions of all rows. Its observations, actions and advantages form a table;
+each epoch of the update takes the rows of the table in minibatches, in a new random order. On a GPU
+a decision and an epoch of dense layers are a CUDA graph each; a CPU calls the same functions. Each
+of several policies learns on an equal part of the rows.
 
-The update is that of stable-baselines3, with its defaults for what `PPOHyperparameters` does not
-name; `tests/training/test_ppo_learner.py` compares the two.
+The update is that of stable-baselines3, with its defaults for parameters that `PPOHyperparameters`
+lacks; `tests/training/test_ppo_learner.py` compares the two.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
@@ -27,34 +27,34 @@ from training.cuda_graphs import Repeated, in_tf32
 from training.tensor_vec_env import Step, TensorVecEnv
 
 CLIP_RANGE = 0.2
-"""Clipping of the ratio of probabilities after and before: as stable-baselines3."""
+"""Clipping range of the ratio of new to old probabilities, as in stable-baselines3."""
 
 MAX_GRADIENT_NORM = 0.5
-"""Clipping of the gradient: as SB3."""
+"""Largest norm of the gradient, which is clipped to it, as in stable-baselines3."""
 
 EPSILON = 1e-5
-"""Of Adam's denominator: as SB3."""
+"""Term added to Adam's denominator, as in stable-baselines3."""
 
 MOMENTS = ("exp_avg", "exp_avg_sq")
-"""Entries of Adam's state for each parameter, beside its number of steps."""
+"""Entries of Adam's state for each parameter, in addition to its number of steps."""
 
 
 @dataclass(frozen=True)
 class Rollout:
-    """Transitions of a rollout, decisions by rows."""
+    """Transitions of a rollout; the first two axes are decisions and rows."""
 
     noise: Tensor
-    """Of the actions, normal: drawn before the first decision."""
+    """Standard normal noise of the actions, drawn before the first decision."""
     states: Tensor
-    """Of the rows before the first decision: rows by numbers, none for a policy without memory."""
+    """Recurrent states before the first decision, (rows, state); empty without a memory."""
     observations: Tensor
-    """One decision more than actions."""
+    """Observations, with one decision more than actions."""
     actions: Tensor
     log_probs: Tensor
     values: Tensor
-    """Of the observations; one decision more than the others."""
+    """Values of the observations, with one decision more than actions."""
     rewards: Tensor
-    """At the end of an episode with the discounted value of its last observation."""
+    """Rewards; at the end of an episode plus the discounted value of its last observation."""
     ends: Tensor
     """1 where an episode ends with the decision, else 0."""
     acts: Tensor
@@ -62,15 +62,15 @@ class Rollout:
 
 
 def advantages(rollout: Rollout, discount: float, gae_lambda: float) -> Tensor:
-    """Generalised advantage estimates, decisions by rows.
+    """Return generalised advantage estimates, shape (decisions, rows).
 
         delta_t = r_t + discount v_{t+1} - v_t
         A_t     = delta_t + discount lambda A_{t+1}
 
-    where v_{t+1} and A_{t+1} are 0 if an episode ends at t. Where the action at t + 1 does not
-    count, lambda is 1: so the reward until the next action that counts is credited to this one,
-    and only there a value stands in for what follows. Sums over 1, 2, 4 ... decisions are made of
-    sums over half as many, for all decisions at once.
+    where v_{t+1} and A_{t+1} are 0 if an episode ends at t. If the action at t + 1 does not count,
+    lambda is 1: an action is credited with all rewards until the next action that counts, and only
+    there a value replaces later rewards. Sums over 1, 2, 4 ... decisions are computed from sums
+    over half as many, for all decisions at once.
 
     Source: Schulman2016, Eq. 16; that only actions that count are steps: Sutton1999, options.
     """
@@ -86,12 +86,12 @@ def advantages(rollout: Rollout, discount: float, gae_lambda: float) -> Tensor:
 
 
 def clipped_loss(ratio: Tensor, gains: Tensor) -> tuple[Tensor, Tensor]:
-    """The clipped surrogate losses of minibatches, a row each, and their gradients.
+    """Return the clipped surrogate losses of minibatches, a row each, and their gradients.
 
         L       = - mean min(r A, clip(r) A)
         dL/dlnr = - r A / n   where r A is the smaller one, else 0
 
-    r is the ratio of probabilities of each action after and before, A its advantage, normalised.
+    r is the ratio of new to old probability of each action, A its normalised advantage.
 
     Source: Schulman2017, Eq. 7.
     """
@@ -103,39 +103,39 @@ def clipped_loss(ratio: Tensor, gains: Tensor) -> tuple[Tensor, Tensor]:
 
 
 VALUE_WEIGHT = 0.5
-"""Weight of the critic's loss: as SB3."""
+"""Weight of the critic's loss, as in stable-baselines3."""
 
 MAX_ROLLOUT, MIN_MINIBATCH = 2**20, 2**15
-"""Decisions of a policy's rollout, at most about, and of a minibatch, at least, unless a rollout
-has less than its number of minibatches of them."""
+"""Approximate largest number of decisions in a policy's rollout, and least number in a minibatch
+of rollouts that are large enough for more than `n_minibatches` of them."""
 
 MIN_STEPS = 16
-"""Decisions of each row in a rollout, at least."""
+"""Least number of decisions of each row in a rollout."""
 
 
 @dataclass(frozen=True)
 class PPOHyperparameters:
-    """Hyperparameters of PPO; by default stable-baselines3's, but for rollout and rate."""
+    """Hyperparameters of PPO; stable-baselines3's defaults but for rollout, batches and rate."""
 
     discount: float = 0.99
     """Discount factor of one decision."""
     gae_lambda: float = 0.95
     """Lambda of generalised advantage estimation."""
     n_steps: int = 128
-    """Decisions of each robot in one rollout, at most."""
+    """Largest number of decisions of each robot in one rollout."""
     n_minibatches: int = 20
-    """Minibatches per rollout and epoch, at least."""
+    """Least number of minibatches per rollout and epoch."""
     n_epochs: int = 10
     learning_rate: float = 7e-4
     rows_together: int = 1
-    """Rows of a decision that share a minibatch: the robots of a world, for a network over them."""
+    """Rows of a decision that share a minibatch: the robots of a world, if a network spans them."""
 
 
 class ClippedAdam:
-    """Adam on networks of several policies, the gradient of each of which is clipped as a whole.
+    """Adam for networks of several policies; the gradient of each policy is clipped as a whole.
 
-    Numbers of a parameter are equal parts, one for each policy in turn. On a GPU its steps can be a
-    part of a graph.
+    Each parameter consists of equal parts, one for each policy in turn. On a GPU, steps can be part
+    of a CUDA graph.
     """
 
     def __init__(self, networks: nn.Module, n_policies: int, rate: float) -> None:
@@ -147,9 +147,9 @@ class ClippedAdam:
             self._parameters, usable, eps=EPSILON, fused=on_gpu or None, capturable=on_gpu
         )
         self.steps = [torch.zeros((), device=device) for _ in self._parameters]
-        """How many were taken, for each parameter."""
+        """Number of steps taken, for each parameter."""
         self.tensors: dict[str, Sequence[Tensor]] = {"policy": self._parameters}
-        """By name those for each parameter: itself, and its moments."""
+        """Lists of tensors, one for each parameter, by name: the parameters and both moments."""
         for name in MOMENTS:
             self.tensors[name] = [torch.zeros_like(each) for each in self._parameters]
         columns = zip(self.steps, *self.tensors.values(), strict=True)
@@ -158,7 +158,7 @@ class ClippedAdam:
             self._adam.state[parameter] = {"step": step, **named}
 
     def descend(self, outputs: Sequence[Tensor], along: Sequence[Tensor]) -> None:
-        """Take a step along gradients of losses by outputs of the networks."""
+        """Take a step along gradients of losses with respect to outputs of the networks."""
         gradients = torch.autograd.grad(outputs, self._parameters, along)
         of_policies = [each.reshape(self._n_policies, -1) for each in gradients]
         norms = torch.cat(of_policies, 1).norm(dim=1, keepdim=True)
@@ -169,11 +169,11 @@ class ClippedAdam:
 
 
 Losses = tuple[Tensor, ...]
-"""Of actors, of critics, and the logarithms of ratios of probabilities after and before."""
+"""Losses of actors and of critics, and logarithms of the ratios of new to old probabilities."""
 
 
 def _diagnostics(losses: Losses, rewards: Tensor, log_std: Tensor) -> list[dict[str, float]]:
-    """Scalars of the last update of each policy."""
+    """Return scalars of the last update of each policy."""
     actor_loss, critic_loss, log_ratio = losses
     ratio = torch.exp(log_ratio)
     columns = {
@@ -191,12 +191,12 @@ def _diagnostics(losses: Losses, rewards: Tensor, log_std: Tensor) -> list[dict[
 class PPOLearner:
     """PPO on the rows of an environment, with parameter sharing: one policy for all.
 
-    env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=1024, physics="kinematic")])
-    policy = ActorCritic(len(env.observation_layout), *env.action_space.shape)
-    learner = PPOLearner(env, policy, PPOHyperparameters())
-    learner.learn(10**7, seed=0)
+        env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=1024, physics="kinematic")])
+        policy = ActorCritic(len(env.observation_layout), *env.action_space.shape)
+        learner = PPOLearner(env, policy, PPOHyperparameters())
+        learner.learn(10**7, seed=0)
 
-    Of several policies each learns on an equal part of the worlds, as it would alone.
+    Each of several policies learns on an equal part of the worlds, as it would alone.
     """
 
     def __init__(
@@ -205,7 +205,7 @@ class PPOLearner:
         policy: ActorCritic | Sequence[ActorCritic],
         hyperparameters: PPOHyperparameters,
     ) -> None:
-        """Move policies to the device of the environment, to be trained there."""
+        """Move the policies to the environment's device. ConfigError if they do not fit it."""
         self._low, self._high = env.action_bounds
         policies = policy if isinstance(policy, Sequence) else [policy]
         env.check_shares(len(policies), hyperparameters.rows_together)
@@ -226,7 +226,7 @@ class PPOLearner:
             self._repeated_epoch = Repeated(self._epoch)
             self._repeated = Repeated(self._decide, env.count) if env.is_one_launch else None
         self.diagnostics: dict[str, float] = {}
-        """Scalars of the last update, of the first policy; `all_diagnostics` are of each."""
+        """Scalars of the last update of the first policy; `all_diagnostics` are of each policy."""
         self.all_diagnostics = [self.diagnostics]
         self._chances = [torch.Generator(device) for _ in policies]
         self._observations: Tensor | None = None
@@ -236,20 +236,20 @@ class PPOLearner:
 
     @property
     def robot_steps(self) -> int:
-        """Control ticks of single robots so far, of each policy."""
+        """Robot-steps (control ticks of single robots) so far, per policy."""
         return self._before + self.env.robot_steps // len(self.policies)
 
     @property
     def n_steps(self) -> int:
-        """Decisions of each row in a rollout: fewer where a policy has many rows."""
+        """Number of decisions of each row in a rollout, which falls with the rows of a policy."""
         n_rows = self.env.n_rows // len(self.policies)
         return min(self._hyperparameters.n_steps, max(MIN_STEPS, MAX_ROLLOUT // n_rows))
 
     def learn(self, robot_steps: int, seed: int | Sequence[int] | None = None) -> None:
-        """Learn for at least `robot_steps` of each policy, in whole rollouts.
+        """Train for at least `robot_steps` per policy, in whole rollouts.
 
-        A seed resets all worlds, and seeds them, actions and minibatches; without one the worlds go
-        on. Policies have a seed each, which count up from a single one.
+        A seed resets all worlds and seeds worlds, actions and minibatches; without a seed the
+        worlds go on. Each policy has its own seed; from a single seed they count up.
         """
         if seed is not None or self._observations is None:
             first, n = seed or 0, len(self.policies)
@@ -266,20 +266,20 @@ class PPOLearner:
                 self._update(rollout)
 
     def state(self, policy: int = 0) -> dict[str, Array]:
-        """Parameters of a policy, Adam's moments and the number of robot-steps, by name."""
+        """Return a policy's parameters, Adam's state and the number of robot-steps, by name."""
         tensors = self._tensors_of(policy)
         arrays = {name: each.numpy(force=True).copy() for name, each in tensors.items()}
         return arrays | {"robot_steps": np.array(self.robot_steps)}
 
     @torch.no_grad()
     def restore(self, arrays: Mapping[str, Array], policy: int = 0) -> None:
-        """Set what `state` returned; the next call of `learn` needs a seed to go on alike."""
+        """Restore the arrays of `state`; to repeat a training, pass a seed to the next `learn`."""
         for name, each in self._tensors_of(policy).items():
             each.copy_(torch.from_numpy(np.array(arrays[name])))
         self._before = int(arrays["robot_steps"]) - self.env.robot_steps // len(self.policies)
 
     def _tensors_of(self, policy: int) -> dict[str, Tensor]:
-        """What an update changes of a policy: parameters, and what Adam keeps of each."""
+        """Return the tensors that an update changes: parameters, and Adam's state for each."""
         named = {
             f"{kind}.{name}": each
             for kind, tensors in self._adam.tensors.items()
@@ -290,7 +290,7 @@ class PPOLearner:
 
     @torch.no_grad()
     def _roll_out(self, observations: Tensor) -> tuple[Rollout, Tensor]:
-        """Let all rows act; also return what they see then. The next rollout overwrites both."""
+        """Let all rows act; return the rollout and the last observations, until the next call."""
         rollout = self._rollout
         rollout.observations[0], rollout.states[...] = observations, self._states
         parts = rollout.noise.tensor_split(len(self.policies), 1)
@@ -306,7 +306,7 @@ class PPOLearner:
         return rollout, rollout.observations[-1]
 
     def _decide(self) -> None:
-        """One decision of all rows, the k-th of the rollout; a graph repeats it.
+        """Run decision k of the rollout for all rows; a CUDA graph can repeat it.
 
         Episodes end by a time limit only, so the critic's value of the last observation replaces
         the rewards that would follow.
@@ -330,9 +330,9 @@ class PPOLearner:
         rollout.observations.index_copy_(0, k.add_(1), step.observations[None])
 
     def _what_follows(self, step: Step) -> Tensor | float:
-        """The discounted values of what rows see whose episodes end; their memories end, too.
+        """Return discounted values of last observations where episodes end, and reset states there.
 
-        A GPU is always asked for values, as it would have to be waited for to know whether any end.
+        On a GPU the values are always computed: a test whether episodes end would wait for the GPU.
         """
         if self.env.device.type != "cuda" and not step.ended.any():
             return 0.0
@@ -345,7 +345,7 @@ class PPOLearner:
         return self._outputs(seen)[-1].flatten()
 
     def _outputs(self, seen: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Mean actions, logarithms of deviations, and values: policies by their rows."""
+        """Return mean actions, log standard deviations and values, policies by their rows."""
         return self._networks.outputs(seen.view(len(self.policies), -1, seen.shape[1]))
 
     def _empty_rollout(self) -> Rollout:
@@ -361,7 +361,7 @@ class PPOLearner:
         )  # fmt: skip
 
     def _update(self, rollout: Rollout) -> None:
-        """Take all epochs on a rollout, whose decisions become the rows of the table."""
+        """Run all epochs on a rollout, whose decisions become the rows of the table."""
         terms = self._hyperparameters
         gains = advantages(rollout, terms.discount, terms.gae_lambda)
         returns = gains + rollout.values[:-1]
@@ -377,9 +377,9 @@ class PPOLearner:
         self.diagnostics = self.all_diagnostics[0]
 
     def _groups(self, acts: Tensor) -> tuple[Tensor, Tensor | None]:
-        """Numbers of decisions that go together, policies by groups by decisions; which count.
+        """Return indices of decisions, policies by groups by decisions, and which groups count.
 
-        They are of one time, or of a row with a memory. All count if there is no second tensor.
+        A group is of one time or, with a memory, of one row. No second tensor: all groups count.
         """
         numbers = torch.arange(acts.numel(), device=acts.device)
         groups = numbers.view(len(acts), len(self.policies), -1).permute(1, 2, 0)
@@ -399,7 +399,7 @@ class PPOLearner:
         return groups, None if n_acting == acts.numel() else counts
 
     def _take_epoch(self, groups: Tensor, counts: Tensor | None) -> Losses:
-        """Take an epoch on groups of decisions, shuffled for each policy."""
+        """Run an epoch on groups of decisions, which are shuffled for each policy."""
         n, device = groups.shape[1], groups.device
         drawn = [torch.randperm(n, generator=each, device=device) for each in self._chances]
         order = torch.stack(drawn)
@@ -412,7 +412,7 @@ class PPOLearner:
             return (repeated or self._epoch)(shuffled, shuffled[:, :0])
 
     def _epoch(self, acting: Tensor, others: Tensor) -> Losses:
-        """Take a step for each minibatch of groups: those whose actions count, and the others."""
+        """Take a step for each minibatch of groups whose actions count (`acting`) and others."""
         n = (acting[0].numel() + others[0].numel()) // MIN_MINIBATCH
         n = min(max(self._hyperparameters.n_minibatches, n), acting.shape[1] // 2)
         parts = ([x.flatten(1) for x in some.tensor_split(n, 1)] for some in (acting, others))
@@ -423,12 +423,12 @@ class PPOLearner:
     def _descend(self, acting: Tensor, others: Tensor) -> Losses:
         """Take a step of Adam along the gradients of the losses of a minibatch.
 
-        It is given as numbers of decisions, a row for each policy: those whose actions count, and
-        the others, from which the critic alone learns.
+        The arguments are indices of decisions, a row per policy: those whose actions count, and the
+        others, from which only the critic learns.
         """
         rows, n = torch.cat((acting, others), 1), acting.shape[1]
         seen, actions, scalars = torch.split(self._table.flatten(0, 1)[rows], self._columns, -1)
-        if self.policy.n_state:  # of whole rows
+        if self.policy.n_state:  # groups are whole rows
             rollout, of = self._rollout, rows.view(-1, self.n_steps)[:, 0]
             observations, states = rollout.observations[:-1, of], rollout.states[of]
             after = self.policy.states(observations, states, rollout.ends[:, of])

@@ -1,4 +1,4 @@
-"""The environment as RLlib wants it: all worlds of an env runner in one block.
+"""Environment for RLlib, with all worlds of an env runner in one block.
 
     config = (
         PPOConfig()
@@ -10,9 +10,9 @@
 RLlib makes `num_envs_per_env_runner` environments and steps one after the other. `SwarmEnvRunner`
 replaces them by a block of worlds. Without it the same environment works world by world.
 
-With `.callbacks(SavesPolicies)` each module lies in the folder of the experiment or of a trial of
-Tune (`algorithm.logdir`) with its card: `swarm-forage evaluate es1 torchscript:robot.pt` runs it.
-`save_policies(algorithm, folder)` saves them elsewhere.
+`.callbacks(SavesPolicies)` saves each module and its card in the folder of the experiment or of a
+trial of Tune (`algorithm.logdir`): `swarm-forage evaluate es1 torchscript:robot.pt` runs it.
+`save_policies(algorithm, folder)` saves the modules to another folder.
 """
 
 import copy
@@ -52,7 +52,7 @@ ALL = "__all__"
 
 
 class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
-    """One world; the keys of its `env_config` are those of `parallel_env` but `render_mode`."""
+    """One world; `env_config` has the keywords of `parallel_env`, without `render_mode`."""
 
     def __init__(self, env_config: SingleEnvOptions | None = None) -> None:
         super().__init__()
@@ -69,9 +69,9 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
     def reset(
         self, *, seed: int | None = None, options: dict[str, object] | None = None
     ) -> tuple[OfAgents, OfAgents]:
-        """Start an episode; a seed fixes it and all that follow without one.
+        """Start an episode; a seed determines it and all later ones without a seed.
 
-        `options` are numbers of the scenario for this episode, by dotted name.
+        `options` are parameters of the scenario for this episode, by dotted name.
         """
         (observations,), (infos,) = self._block.reset(seed=seed, options=options)
         return observations, infos
@@ -79,7 +79,7 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
     def step(
         self, action_dict: OfAgents
     ) -> tuple[OfAgents, OfAgents, OfAgents, OfAgents, OfAgents]:
-        """One decision period."""
+        """Run one decision period."""
         (seen,), (rewards,), (ended,), (cut,), (infos,) = self._block.advance([action_dict])
         return seen, rewards, ended, cut, infos
 
@@ -88,7 +88,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
     """Worlds in one block, whose episodes end together; the next step resets them."""
 
     stride = 1
-    """World w has seed + w stride: RLlib gives its env runners seeds that follow one another."""
+    """World w has seed + w stride, as RLlib gives its env runners consecutive seeds."""
 
     def __init__(self, options: Mapping[str, Any], num_envs: int, envs: Sequence[Any] = ()) -> None:
         """Make `num_envs` worlds; `envs` give RLlib the spaces of each."""
@@ -116,7 +116,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         return self._by_agent(observations), self._silence()
 
     def step(self, actions: Sequence[OfAgents]) -> Step:
-        """One decision period; after the end of the episodes a reset, whatever the actions."""
+        """Run one decision period; after the end of the episodes, reset and ignore the actions."""
         if not self._over:
             return self.advance(actions)
         observations, infos = self.reset()
@@ -124,7 +124,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         return observations, rewards, self._all(False), self._all(False), infos
 
     def advance(self, actions: Sequence[OfAgents]) -> Step:
-        """One decision period; the last infos hold what `parallel_env` logs of a robot."""
+        """Run one decision period; the last infos hold the metrics that `parallel_env` logs."""
         agents = self.env.learners
         observations, rewards, _, truncated, _ = self.env.advance(self._rows(actions))
         self._over = bool(truncated.all())
@@ -137,7 +137,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         )
 
     def _rows(self, actions: Sequence[OfAgents]) -> Array:
-        """A row for each agent of each world; what does not fit is refused as in `parallel_env`."""
+        """Return a row for each agent of each world; errors are those of `parallel_env`."""
         if self.num_envs == 1:
             return self.env.actions.matrix(actions[0])
         of_all = [(agent, w) for w, each in enumerate(actions) for agent in each]
@@ -148,7 +148,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         return [dict(zip(self.env.learners, world, strict=True)) for world in observations]
 
     def _all(self, value: bool) -> list[OfAgents]:
-        """One flag for all agents: were each truncated, RLlib would take it for a termination."""
+        """Return one flag for all agents: RLlib takes a truncation of each for a termination."""
         return [{ALL: value} for _ in range(self.num_envs)]
 
     def _silence(self) -> list[OfAgents]:
@@ -166,7 +166,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
 
 
 class SwarmEnvRunner(MultiAgentEnvRunner):  # type: ignore[misc]
-    """Steps all its worlds at once."""
+    """Env runner that steps all its worlds at once."""
 
     def make_env(self) -> None:
         """Make the environments as RLlib does, and replace them by one block."""
@@ -177,17 +177,17 @@ class SwarmEnvRunner(MultiAgentEnvRunner):  # type: ignore[misc]
 
 
 class SavesPolicies(RLlibCallback):  # type: ignore[misc]
-    """Saves the modules after each iteration in the folder of the experiment, with their cards."""
+    """Callback that saves the modules and their cards in the experiment's folder."""
 
     def on_train_result(self, *, algorithm: Algorithm, **_: object) -> None:
-        """Save what the iteration has made."""
+        """Save the modules after an iteration."""
         save_policies(algorithm, algorithm.logdir)
 
 
 def save_policies(algorithm: Algorithm, folder: str | Path) -> list[Path]:
-    """Save what each module does without noise as TorchScript, `robot.pt`, and a card beside it.
+    """Save each module without its noise as TorchScript, such as `robot.pt`, with a card beside it.
 
-    ConfigError for one with a memory, and for observations that a connector changes first.
+    ConfigError for a module with a memory, and for observations that a connector changes first.
     """
     config = algorithm.config
     if config._env_to_module_connector is not None:
@@ -208,7 +208,7 @@ def save_policies(algorithm: Algorithm, folder: str | Path) -> list[Path]:
 
 
 def _acting(module: RLModule, config: AlgorithmConfig) -> Callable[[Tensor], Tensor]:
-    """What a module does without noise: observations of robots to actions."""
+    """Return a module's map from observations of robots to actions, without noise."""
     fixed = copy.deepcopy(module).to("cpu").requires_grad_(False)
     distribution, space = fixed.get_inference_action_dist_cls(), fixed.action_space
 

@@ -1,4 +1,4 @@
-"""The running policy of another trainer, which acts between `observe` and `decide`."""
+"""Running policy of another trainer, which acts between `observe` and `decide`."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -24,9 +24,9 @@ Streams = UInt64[Array, " robots"]
 
 
 class Steer:
-    """Maps what each robot of a world observes to the actions of the layers.
+    """Maps the observation of each robot of a world to the actions of the layers.
 
-    The stream and the hidden state of each robot advance in place.
+    The random stream and the hidden state of each robot advance in place.
     """
 
     def __init__(self, policy: ForeignPolicy, form: PolicyForm, robots: Sequence[int]) -> None:
@@ -45,7 +45,7 @@ class Steer:
         self(seen, np.zeros(n, np.uint64), states)
 
     def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
-        """The actions of one decision; ConfigError for actions or states that are not usable."""
+        """Return the actions of one decision. ConfigError for actions or states that do not fit."""
         draws = None
         if self._chance:
             is_discrete = self._action.is_discrete
@@ -55,7 +55,7 @@ class Steer:
         return self._usable(actions)
 
     def _usable(self, output: object) -> Rows:
-        """Actions of the layers, clipped; ConfigError for NaN and what else the space lacks."""
+        """Return actions of the layers, clipped. ConfigError for NaN and what does not fit."""
         array = as_array(output, f"policy {self._source}: gives no array of actions")
         space, is_finite = self._space, array.dtype.kind == "f" and np.isfinite(array).all()
         if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:
@@ -67,9 +67,9 @@ class Steer:
 
 
 class RunningForeignPolicy:
-    """A policy of some robots and the controller of the other layers, on a block of worlds.
+    """Policy of some robots and the controller of the other layers, on a block of worlds.
 
-    It acts where no learner does, so that its robots can be the team-mates of learners.
+    It acts only where no learner does, so that its robots can be team-mates of learners.
     """
 
     has_rules = True  # the policy acts in all worlds at once
@@ -96,17 +96,17 @@ class RunningForeignPolicy:
 
     @property
     def compiled(self) -> CompiledLayers:
-        """What does the rest, for one call a tick: the policy is asked before."""
+        """Compiled other layers, which run once per tick, after the policy."""
         return self._inner.compiled
 
     def check_on_gpu(self) -> None:
-        """ConfigError: the policy runs on a CPU."""
+        """Raise ConfigError: the policy runs on a CPU only."""
         raise ConfigError(
             "device='cuda': policies of other trainers run on a CPU only; take device='cpu'"
         )
 
     def consult(self) -> None:
-        """Let the policy act in worlds where a decision is due, then the rules in NumPy."""
+        """Call the policy in worlds where a decision is due, then the rules in NumPy."""
         if self._own is None:
             self._own = self._take_over()
         ticks, period = self._world.worlds["ticks"], self._form.config.period
@@ -121,14 +121,14 @@ class RunningForeignPolicy:
         self._inner.consult()
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Forget everything about these worlds; the policy does at its first tick."""
+        """Reset worlds first .. last - 1; their past observations are dropped at the first tick."""
         own = streams(seeds, self._world.n_robots, NoiseSource.POLICY)
         self._streams[first:last] = own.reshape(last - first, -1)[:, self._robots]
         self._states[first:last] = 0.0
         self._inner.reset(first, last, seeds)
 
     def numbers_in(self, world: int, scenario: BaseScenario) -> object:
-        """The parameters of one world's layers in another scenario."""
+        """Return the parameters of one world's layers in another scenario."""
         return self._inner.numbers_in(world, scenario)
 
     def renumber(self, world: int, numbers: object) -> None:
@@ -136,7 +136,7 @@ class RunningForeignPolicy:
         self._inner.renumber(world, numbers)
 
     def snapshot(self) -> dict[str, object]:
-        """Copy all that the next ticks depend on."""
+        """Copy the state that later ticks depend on."""
         return {
             "frames": self._observing.snapshot(),
             "held": self._held.copy(),
@@ -156,7 +156,7 @@ class RunningForeignPolicy:
         self._inner.restore(kept["rest"])
 
     def _take_over(self) -> dict[str, Bool[Array, "worlds robots"]]:
-        """Mark as the policy's what no learner has; returns the robots of each layer."""
+        """Claim the robots' actions that no learner has; return the robots of each layer."""
         action, own = self._world.robots["action"], {}
         mine = np.zeros(action.shape, np.bool_)
         mine[:, self._robots] = True
@@ -166,7 +166,7 @@ class RunningForeignPolicy:
         return own
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
-        """Observations of the policy's robots; valid in the worlds where a decision is due."""
+        """Return the robots' observations, which are valid in worlds where a decision is due."""
         modes = np.full(self._world.n_worlds, STANDS, np.int8)
         modes[due] = np.where(decisions[due] == 0, BEGINS, RUNS)
         seen: Float32[Array, "worlds robots numbers"] = self._observing(
@@ -175,7 +175,7 @@ class RunningForeignPolicy:
         return seen
 
     def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
-        """Write the actions, and leave those of learners as they were."""
+        """Write the actions of the policy, without changing those of learners."""
         action = self._world.robots["action"]
         before = action.copy()
         self._write(self._held, self._fields, self._robots)

@@ -1,6 +1,6 @@
 """Policies of stable-baselines3, from the zip that `model.save("model.zip")` writes.
 
-Its plain JSON is read, and its weights by torch's loader of weights. Nothing is unpickled unless
+Its plain JSON is read, and torch loads its weights with `weights_only`. Nothing is unpickled unless
 `trust=true` allows it: a pickle runs whatever code it holds.
 """
 
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from stable_baselines3.sac.policies import SACPolicy
 
 NO_MATTER = (":serialized:", ":type:", "optimizer_class", "optimizer_kwargs")
-"""Keys of JSON that a policy does not depend on unless it is trained further."""
+"""Keys of the JSON that a policy does not depend on, unless it is trained further."""
 
 ACTIVATION = re.compile(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>")
 
@@ -63,16 +63,16 @@ Branches = dict[Literal["pi", "vf", "qf"], Widths]  # hidden layers of the actor
 
 
 class Space(BaseModel, frozen=True):
-    """A space of observations or actions."""
+    """Space of observations or actions."""
 
-    n: int | None = None  # how many choices there are
+    n: int | None = None  # number of choices
     shape: tuple[int, ...] | None = Field(None, alias="_shape", max_length=100)
     policy_card: Annotated[str, Field(max_length=LARGEST_CARD)] | None = None
-    """The card of the policy as JSON, on the space of observations."""
+    """Card of the policy as JSON, on the observation space."""
 
     @property
     def size(self) -> str:
-        """Its numbers or choices, in words."""
+        """Shape of the space, or number of its choices, in words."""
         if self.n is not None:
             return f"one of {self.n} choices"
         return "x".join(map(str, self.shape or ["no"]))
@@ -82,7 +82,7 @@ Bounds = Annotated[tuple[float, ...], BeforeValidator(lambda text: str(text).str
 
 
 class ActionSpace(Space, frozen=True):
-    """A space of actions; NumPy has written its bounds."""
+    """Action space, with bounds as printed by NumPy."""
 
     low: Bounds = ()
     high: Bounds = ()
@@ -101,7 +101,7 @@ class SavedModel(BaseModel, frozen=True):
 
     @property
     def last_numbers(self) -> Array:
-        """The last observations, row by row, without unpickling; none but in single precision."""
+        """Last observations in a flat array, without unpickling; empty unless single precision."""
         with suppress(ValueError):
             parts = [each for _, each, _ in islice(genops(b64decode(self.last_observed)), 60)]
             if "f4" in parts and "C" in parts:
@@ -111,7 +111,7 @@ class SavedModel(BaseModel, frozen=True):
 
 
 class Network(Parameters):
-    """The keywords of a policy that need no pickle."""
+    """Keywords of a policy that need no pickle."""
 
     net_arch: Widths | Branches | Annotated[list[Branches], Field(max_length=1)] | None = None
     activation_fn: type[object] | None = None
@@ -138,7 +138,7 @@ class Network(Parameters):
         return kind
 
     def n_weights(self, n_observed: int) -> int:
-        """The weights of one of its networks up to the last hidden layer, times its critics."""
+        """Count the weights of its largest network, up to the last hidden layer, times critics."""
         arch = self.net_arch or []
         parts = [arch] if isinstance(arch, dict) else arch
         shared = [part for part in parts if isinstance(part, int)]
@@ -148,7 +148,7 @@ class Network(Parameters):
 
 
 class RecurrentNetwork(Network):
-    """The keywords of a policy of RecurrentPPO: an LSTM, and the network above it."""
+    """Keywords of a policy of RecurrentPPO: an LSTM, and the network above it."""
 
     lstm_hidden_size: Count = 256
     n_lstm_layers: Annotated[int, Field(ge=1, le=100)] = 1
@@ -156,13 +156,13 @@ class RecurrentNetwork(Network):
     enable_critic_lstm: bool = True
 
     def n_weights(self, n_observed: int) -> int:
-        """The weights of the actor's LSTM, and of one network above it."""
+        """Count the weights of the actor's LSTM and of one network above it."""
         n = self.lstm_hidden_size
         return 4 * n * (n_observed + n + 2 * n * (self.n_lstm_layers - 1)) + super().n_weights(n)
 
 
 def read_zip(file: Path) -> tuple[SavedModel, bytes, bytes]:
-    """The description of a model in its zip, the same as JSON, and its weights as bytes."""
+    """Return the description of a model in its zip, the same as JSON, and its weights as bytes."""
     check_file(file, "policy", LARGEST_ZIP)
     try:
         data, weights = read_members(file, {"data": LARGEST_TELLING, "policy.pth": LARGEST})
@@ -182,7 +182,7 @@ KNOWN = {
     "stable_baselines3.sac.policies": "SACPolicy",
     "stable_baselines3.td3.policies": "TD3Policy",
 }
-"""Classes of policies that need no pickle: of RecurrentPPO, PPO and A2C, DQN, SAC, TD3 and DDPG."""
+"""Policy classes that need no pickle: of RecurrentPPO, PPO and A2C, DQN, SAC, TD3 and DDPG."""
 
 States = tuple[Array, ...]  # hidden and cell states of an LSTM, each (layers, robots, units)
 
@@ -196,18 +196,18 @@ class SB3Policy(PolicyFile):
 
     @property
     def path(self) -> Path:
-        """The file, with or without its ending."""
+        """Path of the file, which may be given without its ending."""
         if self.file and not Path(self.file).suffix and isfile(f"{self.file}.zip"):
             return Path(f"{self.file}.zip")
         return super().path
 
     def card(self) -> PolicyCard | None:
-        """The card on the observation space that the model was trained with."""
+        """Return the card on the observation space of the training, or else beside the file."""
         text = read_zip(self.path)[0].observation_space.policy_card
         return super().card() if text is None else card_from(text, f"in {self.file}")
 
     def start(self, form: PolicyForm) -> Started:
-        """The model's policy; by chance it draws from its distribution, if it has one."""
+        """Start the policy; if stochastic, it draws from its distribution, if it has one."""
         import torch
         from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
         from stable_baselines3.common.policies import ActorCriticPolicy
@@ -224,7 +224,7 @@ class SB3Policy(PolicyFile):
             if dense is not None and draws is None:
                 return dense(observed, rows)
             before = None
-            if units:  # a row of each robot is its hidden and its cell state
+            if units:  # each robot's row is its hidden and its cell state
                 before = tuple(rows.reshape(-1, 2, layers, units).transpose(1, 2, 0, 3))
             try:
                 if draws is None:
@@ -232,7 +232,7 @@ class SB3Policy(PolicyFile):
                 else:
                     assert isinstance(model, ActorCriticPolicy | SACPolicy), "it is not asked"
                     actions, after = _drawn(model, observed, draws, before)
-            except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
+            except (RuntimeError, ValueError) as error:  # for example a deviation of 0
                 raise ConfigError(
                     f"policy {self.file}: gives no action ({reason(error)})"
                 ) from None
@@ -244,12 +244,12 @@ class SB3Policy(PolicyFile):
         return Started(act, 2 * layers * units, has_distribution)
 
     def pilot(self, form: PolicyForm) -> Pilot:
-        """The policy compiled beside the world; ConfigError for one that is not of dense layers."""
+        """Return the policy for compilation with the world. ConfigError unless layers are dense."""
         network = _dense(self._model(form))
         return super().pilot(form) if network is None else network.pilot(form)
 
     def _model(self, form: PolicyForm) -> "BasePolicy":
-        """The model's policy, with its weights."""
+        """Return the model's policy, with its weights."""
         saved, data, content = read_zip(self.path)
         _check_spaces(self.file, saved, form)
         _check_unchanged(self.file, saved, form)
@@ -267,7 +267,7 @@ class SB3Policy(PolicyFile):
         return model
 
     def _trusted(self, data: bytes) -> Chosen:
-        """Class and keywords of the policy, unpickled."""
+        """Unpickle class and keywords of the policy."""
         from stable_baselines3.common.save_util import json_to_data
 
         tree = json.loads(data)
@@ -275,14 +275,14 @@ class SB3Policy(PolicyFile):
             chosen = {name: tree[name] for name in ("policy_class", "policy_kwargs")}
             unpickled = json_to_data(json.dumps(chosen))
             return unpickled["policy_class"], dict(unpickled["policy_kwargs"])
-        except Exception as error:  # what a pickle runs raises anything
+        except Exception as error:  # code in a pickle can raise any error
             why = reason(error)
             raise ConfigError(f"policy {self.file}: cannot be unpickled ({why})") from None
 
     def _plain(self, saved: SavedModel, form: PolicyForm, n_bytes: int) -> Chosen:
-        """Class and keywords of the policy, from plain JSON.
+        """Read class and keywords of the policy from plain JSON.
 
-        ConfigError where a pickle holds them, and for more weights than a file has bytes for.
+        ConfigError if a pickle holds them, or for more weights than the file has bytes for.
         """
         name, given = KNOWN.get(saved.module, ""), saved.policy_kwargs
         keywords = {key: value for key, value in given.items() if key not in NO_MATTER}
@@ -314,7 +314,7 @@ class SB3Policy(PolicyFile):
 
 
 def _dense(model: "BasePolicy") -> DenseNetwork | None:
-    """The layers of an MlpPolicy of PPO or A2C that gives numbers; None for another policy."""
+    """Return the layers of a continuous MlpPolicy of PPO or A2C; None for another policy."""
     from stable_baselines3.common.policies import ActorCriticPolicy
     from stable_baselines3.common.torch_layers import FlattenExtractor
     from torch import nn
@@ -338,7 +338,7 @@ def _dense(model: "BasePolicy") -> DenseNetwork | None:
 def _drawn(
     model: "ActorCriticPolicy | SACPolicy", observed: Array, draws: Array, states: States | None
 ) -> tuple[Array, States | None]:
-    """Actions from the distribution of a policy, and the next states of an LSTM."""
+    """Draw actions from the distribution of a policy; also return the next states of an LSTM."""
     import torch
     from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
     from stable_baselines3.common.policies import ActorCriticPolicy
@@ -363,7 +363,7 @@ def _drawn(
 
 
 def _load(file: str, model: "BasePolicy", content: bytes) -> None:
-    """Load weights; ConfigError for others than the policy has, for a pickle, NaN and infinity."""
+    """Load weights. ConfigError if they do not fit, and for a pickle, NaN and infinity."""
     import torch
 
     try:
@@ -371,7 +371,7 @@ def _load(file: str, model: "BasePolicy", content: bytes) -> None:
         weights = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
         has = {name: tuple(each.shape) for name, each in weights.items()}
         other = misfit(has, {name: tuple(w.shape) for name, w in model.state_dict().items()})
-    except Exception as error:  # what is no pickle raises anything
+    except Exception as error:  # an invalid file can raise any error
         raise ConfigError(f"policy {file}: its weights cannot be read ({reason(error)})") from None
     if other:
         raise ConfigError(f"policy {file}: its weights do not fit: {other}")
@@ -384,7 +384,7 @@ def _load(file: str, model: "BasePolicy", content: bytes) -> None:
 
 
 def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
-    """ConfigError if the model was trained on observations or actions of other shapes."""
+    """Raise ConfigError if the model was trained on observations or actions of other shapes."""
     trained, here = (saved.observation_space.size, saved.action_space.size), _sizes(form)
     if trained == here:
         return
@@ -400,9 +400,9 @@ def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
 
 
 def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
-    """ConfigError if its actions have other bounds, or if in training it observed what is none.
+    """Raise ConfigError if action bounds or observations of the training were changed by a wrapper.
 
-    A number is looked at where it is of the layer; in SI units only its sign is the same anywhere.
+    Only features of the layer are checked; in SI units, only their signs.
     """
     space, here, other = saved.action_space, form.action_space, ""
     if isinstance(here, Box):
@@ -427,14 +427,14 @@ def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
 
 
 def _sizes(form: PolicyForm) -> tuple[str, str]:
-    """Numbers that a policy observes, and numbers or choices of its actions, in words."""
+    """Return the sizes of a policy's observation and action, in words."""
     space = form.action_space
     action = Space(n=int(space.n)) if isinstance(space, Discrete) else Space(_shape=space.shape)
     return str(len(form.layout)), action.size
 
 
 def _fitting(form: PolicyForm, trained: tuple[str, str]) -> str:
-    """The fewest keywords under which a policy has these sizes; an example if none are found."""
+    """Return the fewest keywords under which a policy has these sizes; an example if none do."""
     now, found = dict(form.config), []
     for learn, discrete, stack in product(form.task.policies, (False, True), range(1, 5)):
         terms = {"learn": learn, "discrete": discrete, "stack": stack}

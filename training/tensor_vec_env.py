@@ -24,34 +24,34 @@ from swarm_forage_env.worlds_on_cpu import Device, PlacedArray, checked_device
 
 
 class Step(NamedTuple):
-    """The result of a decision of all rows."""
+    """Result of one decision of all rows."""
 
     observations: Tensor
-    """Rows by numbers; of a world that was reset, the first ones of its new episode."""
+    """Observations, (rows, features); after a reset, the first ones of the new episode."""
     rewards: Tensor
-    """In single precision, one for each row."""
+    """Reward of each row, in single precision."""
     final_observations: Tensor
-    """As `observations`, but of an episode that ended its last ones."""
+    """As `observations`, but the last ones of an episode that ended."""
     ended: Tensor
-    """True for the rows whose episodes ended."""
+    """True for rows whose episode ended."""
 
 
 @dataclass(frozen=True)
 class _Standing:
-    """What a block on a GPU takes and gives in one launch, in arrays that stay, and as tensors."""
+    """Fixed arrays for the inputs and outputs of a block on a GPU, with tensors on their memory."""
 
     block: ArrayEnv
     array: PlacedArray
     given: Tensor
-    """The same memory: actions."""
+    """Tensor over `array`: the actions."""
     room: tuple[PlacedArray, ...]
     gives: tuple[Tensor, Tensor, Tensor]
-    """The same memory: shaped rewards, observations at the end and then of how worlds go on, and
-    where an episode is over."""
+    """Tensors over `room`: shaped rewards; observations at the end, and then after resets; where an
+    episode is over."""
 
     @classmethod
     def of(cls, block: ArrayEnv) -> "_Standing":
-        """New arrays for a block."""
+        """Allocate the arrays of a block."""
         shape = block.n_worlds, len(block.learners), *block.action_shape
         array, room = block.memory.empty(shape, block.action_space.dtype), block.room()
         rewards, _, seen, over = room
@@ -59,7 +59,7 @@ class _Standing:
         return cls(block, array, tensor_of(array), room, gives)
 
     def launch(self, actions: Tensor) -> Step:
-        """One decision of the block."""
+        """Launch one decision of the block."""
         self.given.copy_(actions.view_as(self.given))
         self.block.launch(self.array, self.room)
         rewards, seen, over = self.gives
@@ -69,20 +69,20 @@ class _Standing:
 
 
 class TensorVecEnv:
-    """The learners of blocks of worlds, block after block and world after world, one row each.
+    """Environment of all learners of blocks of worlds, one row each, by block and by world.
 
         env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=4096, physics="kinematic")])
         env.seed(0)
         observations = env.reset()
         step = env.step(actions)
 
-    The blocks observe and act alike, and are on one device, on which all tensors stay. A world
-    whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s], of a GPU
-    only that of asking for them.
+    The blocks have the same observations, actions and device, on which all tensors stay. A world is
+    reset as soon as its episode ends. `stepping_s` is the wall-clock time of all steps [s]; on a
+    GPU, only that of launching them.
     """
 
     def __init__(self, blocks: Sequence[ArrayEnv]) -> None:
-        """Join blocks of any numbers of worlds and robots."""
+        """Join blocks with any numbers of worlds and robots."""
         self.blocks = list(blocks)
         first = self.blocks[0]
         self.device = torch_device(first.device)
@@ -92,11 +92,11 @@ class TensorVecEnv:
         self.n_rows: int = sum(self._n_rows)
         self.stepping_s = 0.0
         self.acts = torch.ones(self.n_rows, dtype=torch.bool, device=self.device)
-        """True for the rows whose next action counts: all, but under `step_on="exchange"`."""
+        """True for rows whose next action counts: all, except under `step_on="exchange"`."""
 
     @property
     def action_bounds(self) -> tuple[Tensor, Tensor]:
-        """The least and the largest of each number; ConfigError where actions are choices."""
+        """Lower and upper bounds of the actions; ConfigError if actions are choices."""
         space = self.action_space
         if not isinstance(space, Box):
             raise ConfigError("discrete: PPO in tensors gives numbers, not choices; leave it out")
@@ -104,8 +104,8 @@ class TensorVecEnv:
 
     @property
     def is_one_launch(self) -> bool:
-        """A step is one launch of a GPU for each block: `count`, then `launch`, which a CUDA graph
-        can repeat."""
+        """Whether a step is one GPU launch for each block: `count`, then `launch`, which a CUDA
+        graph can repeat."""
         return all(each.is_one_launch for each in self.blocks)
 
     @cached_property
@@ -114,20 +114,20 @@ class TensorVecEnv:
 
     @property
     def robot_steps(self) -> int:
-        """Control ticks of the learners of all worlds, since the blocks were made."""
+        """Robot-steps of the learners of all worlds since the blocks were made."""
         return sum(each.robot_steps for each in self.blocks)
 
     def seed(self, *seeds: int) -> None:
-        """Seed the sequences from which resets draw the seeds of the worlds, as `SwarmVecEnv`.
+        """Seed the sequences from which resets draw the seeds of the worlds, as in `SwarmVecEnv`.
 
-        Of several seeds each is for an equal part of the worlds of every block, as if alone.
+        Each of several seeds applies to an equal part of the worlds of every block, as if alone.
         """
         for block in self.blocks:
             n = block.n_worlds // len(seeds)
             block.episodes.seed([own for each in seeds for own in checked_seeds(each, n)])
 
     def check_shares(self, n: int, together: int) -> None:
-        """ConfigError where rows are no n equal parts of rows that go together."""
+        """Raise ConfigError unless rows form n equal parts, each of whole groups of `together`."""
         first, what = self.blocks[0], f"{n} policies side by side"
         if together < 1 or self.n_rows // n % together:
             raise ConfigError(
@@ -145,14 +145,14 @@ class TensorVecEnv:
             raise ConfigError(f"{what}: act in every step; leave step_on='exchange' out")
 
     def reset(self) -> Tensor:
-        """Reset all worlds; return the observation of every row."""
+        """Reset all worlds and return the observation of every row."""
         self._follow_stream()
         observations, infos = zip(*(block.reset() for block in self.blocks), strict=True)
         self._update_acts([each.get("acts") for each in infos])
         return _rows(observations)
 
     def step(self, actions: Tensor) -> Step:
-        """One decision of all rows; ConfigError, on a GPU by `check`, for actions out of bounds."""
+        """Step all rows. ConfigError for actions out of bounds, which on a GPU `check` raises."""
         begin = time.perf_counter()
         if self.is_one_launch:
             self.count()
@@ -163,19 +163,19 @@ class TensorVecEnv:
         return step
 
     def count(self) -> None:
-        """The CPU's part of a decision that is one launch for each block."""
+        """Run the CPU's part of a step that is one launch for each block."""
         self._follow_stream()
         for block in self.blocks:
             block.count_step()
 
     def launch(self, actions: Tensor) -> Step:
-        """The GPU's part of it: on tensors that stay, without a number that the CPU waits for."""
+        """Run the GPU's part of such a step, on fixed tensors and without waiting for a value."""
         shares = torch.split(actions, self._n_rows)
         steps = [each.launch(share) for each, share in zip(self._standing, shares, strict=True)]
         return Step(*map(torch.cat, zip(*steps, strict=True)))
 
     def check(self) -> None:
-        """ConfigError for an action on a GPU that was refused since the last time: waits for it."""
+        """Wait for the GPU. ConfigError if it has refused an action since the last check."""
         self._follow_stream()
         for block in self.blocks:
             block.check()
@@ -185,7 +185,7 @@ class TensorVecEnv:
             self.acts = torch.cat([tensor_of(each).flatten() for each in acts]) > 0.0
 
     def _step_each(self, actions: Tensor) -> Step:
-        """One decision of every block, as its environment makes it."""
+        """Step every block by its environment."""
         self._follow_stream()
         steps, ended = [], []
         for block, share in zip(self.blocks, torch.split(actions, self._n_rows), strict=True):
@@ -207,11 +207,11 @@ def _rows(observations: Sequence[object]) -> Tensor:
     return torch.cat([tensor_of(each).flatten(0, 1) for each in observations])
 
 
-FIRST_GPU = 0  # the number of the GPU that worlds run on
+FIRST_GPU = 0  # index of the GPU that worlds run on
 
 
 def torch_device(device: str) -> torch.device:
-    """The device of torch whose memory holds the worlds of a device, "cpu" or "cuda".
+    """Return the torch device whose memory holds the worlds of a device, "cpu" or "cuda".
 
     ConfigError for another device, and for a GPU that is missing or that torch cannot use. The
     worlds of numba's simulator are in the CPU's memory.
@@ -231,7 +231,7 @@ def torch_device(device: str) -> torch.device:
 
 
 def worlds_on(device: torch.device | str) -> Device:
-    """Where worlds run whose tensors are on a device of torch; ConfigError for a second GPU."""
+    """Return the device of worlds for tensors on a torch device. ConfigError for a second GPU."""
     wanted = torch.device(device)
     if wanted.type != "cuda":
         return "cpu"
@@ -244,20 +244,20 @@ def worlds_on(device: torch.device | str) -> Device:
 
 
 def follow_stream(env: ArrayEnv) -> None:
-    """Let worlds on a GPU run in the order of torch's current stream from now on."""
+    """Run worlds on a GPU in the order of torch's current stream from now on."""
     if env.device == "cuda" and torch.cuda.is_initialized():  # type: ignore[no-untyped-call]
         env.stream = torch.cuda.current_stream(FIRST_GPU).cuda_stream
 
 
 def tensor_of(array: object) -> Tensor:
-    """A tensor over the memory of an array."""
+    """Return a tensor over the memory of an array."""
     if hasattr(array, "__cuda_array_interface__"):
         return torch.as_tensor(array, device="cuda")
     return torch.from_numpy(np.ascontiguousarray(array))
 
 
 def array_for(env: ArrayEnv, tensor: Tensor) -> object:
-    """An array over the memory of a tensor, for the environment's `step`."""
+    """Return an array over the memory of a tensor, for the environment's `step`."""
     dense = tensor.detach().contiguous()
     if env.device == "cpu":
         return dense.numpy(force=True)

@@ -1,4 +1,4 @@
-"""The environment as TorchRL wants it: `SwarmTorchEnv`, a block of worlds as one `EnvBase`."""
+"""Environment for TorchRL: `SwarmTorchEnv`, a block of worlds as one `EnvBase`."""
 
 import copy
 from collections.abc import Mapping
@@ -37,16 +37,16 @@ TRACEABLE = {
     "safetanh_noeps": distribution_utils._SafeTanhNoEps.forward,
     "safeatanh_noeps": distribution_utils._SafeaTanhNoEps.forward,
 }
-"""The tanh of TorchRL's distributions as torch.jit can follow it: without a gradient of its own."""
+"""The tanh of TorchRL's distributions without its own gradient, which torch.jit can trace."""
 
 
 def save_policy(policy: TensorDictModuleBase, env: "SwarmTorchEnv", file: str | Path) -> Path:
-    """Save what a policy does without noise as TorchScript, and a card beside it.
+    """Save a policy without its noise as TorchScript, with a card beside it.
 
         save_policy(actor, env, "policy.pt")    # swarm-forage evaluate es1 torchscript:policy.pt
 
-    `env` is that of the training. ConfigError for a policy that is not the same for every robot,
-    from its own observation alone, as one with a memory, or parameters of each robot.
+    `env` is that of the training. ConfigError unless the policy is the same for every robot and
+    uses its observation alone, without a memory and without parameters of each robot.
     """
     group, fixed = env.group, copy.deepcopy(policy).to("cpu").requires_grad_(False)
 
@@ -72,23 +72,23 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         env.rollout(100)["epuck", "observation"]              # (16, 100, 10, numbers)
 
     The keywords are those of `parallel_env`, and the keys those of `PettingZooWrapper`: all
-    learners are one group, named as they are ("epuck", "create"), with "observation", "action",
-    "reward", and under "info" what `parallel_env` tells of a robot. The truth about a world is
-    its "state", for centralised critics; `return_state=False` spares the time.
+    learners are one group, named after the robots ("epuck", "create"), with "observation",
+    "action", "reward", and the infos of `parallel_env` under "info". "state" is the true state of
+    a world, for centralised critics; `return_state=False` saves its time.
 
-    Each world has "done", "terminated" and "truncated" and so, for the losses of TorchRL, has
-    each of its robots. Collectors reset the worlds whose episodes are over, each to the next seed
-    of its sequence; `stagger`ed episodes end one after the other. Shorten episodes by `max_cycles`:
-    `StepCounter(max_steps=...)` and a collector's `max_frames_per_traj` of TorchRL 0.11 fail on
-    robots' ends in batches, or with as many worlds as robots give them to the wrong ones. Choices
-    (`discrete`) are numbers, or one-hot with `categorical_actions=False`.
+    Each world has "done", "terminated" and "truncated"; so has each robot, for the losses of
+    TorchRL. Collectors reset the worlds whose episodes are over, each to the next seed of its
+    sequence; with `stagger` episodes end at different times. Shorten episodes by `max_cycles`: in
+    TorchRL 0.11, `StepCounter(max_steps=...)` and a collector's `max_frames_per_traj` fail on the
+    ends of robots in batches or, with as many worlds as robots, assign them to the wrong ones.
+    Choices (`discrete`) are integers, or one-hot with `categorical_actions=False`.
 
-    With `device="cuda"` the worlds run on a GPU, and no tensor leaves its memory but the mask of
-    the worlds to reset. It needs `physics="kinematic"` and, as a CPU writes the "state",
+    With `device="cuda"` the worlds run on a GPU, and only the mask of the worlds to reset leaves
+    its memory. This needs `physics="kinematic"` and, as a CPU writes the "state",
     `return_state=False`.
     """
 
-    def __init__(  # noqa: PLR0913 each is what a user of TorchRL asks for by name
+    def __init__(  # noqa: PLR0913 keywords of the public API
         self,
         scenario: ScenarioSource = "es1",
         n_worlds: int = 1,
@@ -100,7 +100,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         device: torch.device | str = "cpu",
         **options: Unpack[EnvOptions],
     ) -> None:
-        """Make the worlds; a `seed` is that of `set_seed`.
+        """Make the worlds; `seed` is that of `set_seed`.
 
         Args:
             scenario: A name, a TOML file or a `Scenario`.
@@ -140,13 +140,13 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
     @property
     def has_render(self) -> bool:
-        """The worlds can be drawn."""
+        """Whether the worlds can be drawn."""
         return self.array_env.task.scene is not None
 
     def episodes(self, seen: TensorDictBase) -> dict[str, Tensor]:
-        """Logged numbers of the episodes that ended in a rollout, by name.
+        """Return the logged metrics of the episodes that ended in a rollout, by name.
 
-        Counts, as `round_trips`, are summed over a world's robots, all else is averaged.
+        Counts, such as `round_trips`, are summed over a world's robots; others are averaged.
         """
         info = seen["next", self.group, "info"][seen["next", "done"].squeeze(-1)]
         counts = self.array_env.truth.counts
@@ -156,7 +156,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         }
 
     def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | str | None:
-        """The first world as it stands, rows of red, green and blue; None where in a window."""
+        """Draw the first world; return its frame, (height, width, RGB), or None if in a window."""
         if self._view is None:
             check_render_mode(mode)
             stage = stage_of(self.array_env.world.scenario, self._title)
@@ -170,7 +170,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         super().close(raise_if_closed=raise_if_closed)
 
     def _set_seed(self, seed: int | None) -> None:
-        """The next episode of each world has seed, seed + 1 ...; those that follow are drawn."""
+        """Give the next episode of world w the seed + w; the seeds of later episodes are drawn."""
         self._seeds = list(checked_seeds(seed, self.array_env.n_worlds))
 
     def _reset(
@@ -179,7 +179,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         seed: Seeds = None,
         options: Mapping[str, object] | None = None,
     ) -> TensorDict:
-        """Reset the worlds of "_reset", or all without it; the rest is as in `ArrayEnv.reset`."""
+        """Reset the worlds in "_reset", or all without it; the rest is as in `ArrayEnv.reset`."""
         follow_stream(self.array_env)
         chosen = np.arange(self.array_env.n_worlds)
         if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
@@ -202,7 +202,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     def _told(
         self, observations: Array, infos: Mapping[str, Array], rewards: Array | None = None
     ) -> TensorDict:
-        """The tensors of a reset or, with rewards, of a step; worlds by robots in the group."""
+        """Return the tensors of a reset or, with rewards, of a step."""
         env, per_robot, device = self.array_env, self._per_robot, self.device
         done = torch.from_numpy(env.is_over)[:, None]
         never = torch.zeros_like(done)
@@ -248,12 +248,12 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
 
 def _ends(done: Tensor, never: Tensor) -> dict[str, Tensor]:
-    """Only the time limit ends an episode."""
+    """Return the flags of episode ends, which are due to the time limit only."""
     return dict(zip(ENDS, (done, never, done.clone()), strict=True))
 
 
 def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True) -> TensorSpec:
-    """The spec of a batch of numbers, with bounds if they have any, or of choices."""
+    """Return the spec of a batch of values, with bounds if they have any, or of choices."""
     if isinstance(space, Discrete):
         spec = Categorical(int(space.n)) if is_categorical else OneHot(int(space.n))
     else:
@@ -265,5 +265,5 @@ def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True
 
 
 def _float(array: Array) -> Tensor:
-    """Numbers as TorchRL's networks take them."""
+    """Return an array as a tensor in single precision."""
     return tensor_of(array).float()

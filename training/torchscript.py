@@ -1,4 +1,4 @@
-"""Networks of other trainers as TorchScript with a card, which `torchscript:policy.pt` runs."""
+"""Saving of other trainers' networks as TorchScript with a card, for `torchscript:policy.pt`."""
 
 import io
 import warnings
@@ -13,18 +13,18 @@ from training.policy_card import PolicyCard
 from training.policy_file import write_both
 
 TOLERANCE = 1e-4
-"""How much actions may differ between the policy and what is saved."""
+"""Largest accepted difference between the actions of the policy and of the saved network."""
 
 
 class _Rows(nn.Module):
-    """A network for n robots as one for any number of them, n at a time."""
+    """Network for any number of robots that calls a network for n robots, n rows at a time."""
 
     def __init__(self, network: Callable[[Tensor], Tensor], n: int) -> None:
         super().__init__()
         self.network, self.n = network, n
 
     def forward(self, observed: Tensor) -> Tensor:
-        """Actions of the robots, a row for each."""
+        """Return the actions of the robots, a row for each."""
         n_missing = -observed.shape[0] % self.n
         padded = torch.cat([observed, torch.zeros([n_missing, observed.shape[1]])])
         actions = [self.network(part) for part in torch.split(padded, self.n)]
@@ -35,15 +35,15 @@ class _Rows(nn.Module):
 def save_torchscript(
     act: Callable[[Tensor], Tensor], n_robots: int, card: PolicyCard, file: str | Path
 ) -> Path:
-    """Save a function from what n robots observe, (robots, numbers), to their actions.
+    """Save a function from observations of n robots, (robots, features), to their actions.
 
-    ConfigError for one that is not the same for every robot, from its own observation alone.
+    ConfigError unless it is the same for every robot and uses the robot's own observation alone.
     """
     path = Path(file)
     generator = torch.Generator().manual_seed(0)
     first, others = torch.rand(2, n_robots, len(card.observes), generator=generator) * 2.0 - 1.0
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of what is constant in a trace; it is compared below
+        warnings.simplefilter("ignore")  # about constants in a trace; outputs are compared below
         try:
             traced = torch.jit.trace(act, (first,), check_trace=False)  # type: ignore[no-untyped-call]
             script = torch.jit.script(_Rows(traced, n_robots))

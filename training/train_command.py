@@ -35,13 +35,13 @@ USUAL = {
     "imitation": (10, 2, 24),
     "ppo": (6_000_000, 1_500_000, 8),
     "ppo of everything": (200_000_000, 20_000_000, 64),
-    "ppo on a GPU": (500_000_000, 250_000_000, 2048),  # of motion or both
+    "ppo on a GPU": (500_000_000, 250_000_000, 2048),  # motion or both
 }
-"""How long, how long between two evaluations, and worlds."""
+"""Default budget, interval between evaluations, and number of worlds, by kind of training."""
 
 
 def _option(text: str, default: str | int) -> object:
-    """An option whose default depends on others: in words, or that column of `USUAL`."""
+    """Return an option whose default depends on others, shown as text or as a column of `USUAL`."""
     if isinstance(default, int):
         default = ", ".join(f"{kind}: {numbers[default]}" for kind, numbers in USUAL.items())
     return Option(help=text, show_default=default)
@@ -53,8 +53,7 @@ DEFAULT_CONTROLLER = {
     ("ppo", "weighting"): "dsgiff-frequent",
     ("cma", "motion"): "ssgiff",
 }
-"""Controller whose other layers are used, with a policy of each layer; else that of
-`parallel_env`."""
+"""Default controller of the other layers, by algorithm and layer; else that of `parallel_env`."""
 
 
 @app.command(epilog="Example: swarm-forage train motion es1 --budget 6000000")
@@ -128,10 +127,10 @@ def train(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Train a policy that replaces a hand-written layer.
 
-    The policy with the best score on held-back (validation) seeds is kept in the folder --out
-    as best.safetensors, with a card of how it was made (best.json). The same command later
-    resumes from the last checkpoint, so that a run that was stopped loses nothing before it;
-    cma and ppo train on with a larger --budget. Watch it with: tensorboard --logdir runs
+    The policy with the best score on held-back (validation) seeds is written to the folder --out
+    as best.safetensors, with a card of its training (best.json). The same command later resumes
+    from the last checkpoint; with a larger --budget, cma and ppo continue a finished training.
+    Watch it with: tensorboard --logdir runs
     """
     from baselines.evaluation.experiment_config import parse_settings
     from training.checkpoint import lock_folder
@@ -175,7 +174,7 @@ def train(  # noqa: PLR0913 the options of a command
 
 
 Outcome = tuple["Mapping[str, Interval]", Path, str | None]
-"""Score and file of a policy, and the name of a controller that runs it; None if none does."""
+"""Score and file of a policy, and the name of a controller that runs it; None if there is none."""
 
 
 def _run(experiment: "Experiment", backend: "Backend") -> Outcome:
@@ -188,7 +187,7 @@ def _run(experiment: "Experiment", backend: "Backend") -> Outcome:
         assert card is not None
         assert card.training is not None
         runs, layers = f"network:{foreign.source}", experiment.base_controller.layers.values()
-        if any(map(files_read_by, layers)):  # whose names no card may give
+        if any(map(files_read_by, layers)):  # a card must not name these
             runs += f",controller={experiment.controller}"
         return card.training.score, Path(foreign.source), runs
     from training import cma_es, dagger
@@ -203,7 +202,7 @@ def _run(experiment: "Experiment", backend: "Backend") -> Outcome:
 
 
 def _report(experiment: "Experiment", outcome: Outcome) -> None:
-    """Print score and file of the policy, and the command that tests it on unseen seeds."""
+    """Print the score and the file of the policy, and the command that tests it on unseen seeds."""
     from swarm_forage_env.controllers import parse_controller
     from training.experiment import TEST_SEEDS
 
@@ -263,12 +262,12 @@ def dataset(  # noqa: PLR0913 the options of a command
     physics: PhysicsOption = None,
     threads: ThreadsOption = 1,
 ) -> None:
-    """Record transitions of policies for offline learning: observation, action, reward, next one.
+    """Record transitions for offline learning: observation, action, reward, next observation.
 
-    All policies are recorded in one action space: what the motion commands in every tick, which is
-    exact for each of them. Of e-pucks these are wheels, learn="motion", action="wheels",
+    All policies are recorded in one action space, the commands of the motion in every tick, which
+    is exact for each of them. For e-pucks these are wheels, learn="motion", action="wheels",
     decision_period=1, reflexes=False, walk=False; the rewards are the robot's own. The same command
-    later records only what is missing. Read them by training.transitions.read(FOLDER).
+    later records only missing episodes. Read them with training.transitions.read(FOLDER).
     """
     from baselines.evaluation.dataset import folder_name
     from baselines.evaluation.evaluate_options import check_count

@@ -1,4 +1,4 @@
-"""The training loop of every algorithm, with its progress on stderr and for TensorBoard."""
+"""Training loop of every algorithm, with progress on stderr and for TensorBoard."""
 
 import os
 import socket
@@ -36,14 +36,14 @@ from training.policy_file import (
 )
 
 FOLDER = "tensorboard"
-BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
+BEST = "best."  # prefix of the best policy's arrays in a checkpoint
 
 
 def write_event(file: Path, **fields: object) -> None:
-    """Append an event to a file of curves that TensorBoard reads; OSError names the file.
+    """Append an event to a file of curves that TensorBoard reads; an OSError names the file.
 
-    The calling thread writes it: an error reaches the training, where TensorBoard's own writer
-    prints the traceback of a thread.
+    The calling thread writes, so that an error reaches the training; TensorBoard's own writer only
+    prints the traceback of its thread.
     """
     from tensorboard.compat.proto.event_pb2 import Event
     from tensorboard.summary.writer.record_writer import RecordWriter
@@ -58,7 +58,7 @@ def write_event(file: Path, **fields: object) -> None:
 
 
 class ProgressLogger:
-    """Logs training steps and evaluations; a context manager."""
+    """Context manager that logs training steps and evaluations."""
 
     def __init__(
         self, out: Path, unit: str, say: Callable[[str], None], budget: int = 0, done: int = 0
@@ -108,10 +108,10 @@ class ProgressLogger:
 
 
 class Training(ABC):
-    """A training run that resumes from its checkpoint, which `evaluate` saves at the latest."""
+    """Training run that resumes from its checkpoint; each evaluation saves one."""
 
     packages: ClassVar[tuple[str, ...]] = ("torch",)
-    """Those, beside the usual ones, whose versions stand on the card."""
+    """Packages whose versions are recorded on the card, in addition to the usual ones."""
     _best: Weights
     """Weights with the best score on the held-back seeds so far, named as in a policy file."""
 
@@ -132,7 +132,7 @@ class Training(ABC):
     def evaluate(self) -> CurvePoint:
         """Evaluate the current policy on the held-back seeds, and save it if it is the best.
 
-        The best one is that of the highest ln(1 + mean round trips), averaged over the scenarios.
+        The best policy has the highest ln(1 + mean round trips), averaged over the scenarios.
         """
         trips = self._round_trips()
         point = CurvePoint(
@@ -156,7 +156,7 @@ class Training(ABC):
     @property
     @abstractmethod
     def _weights(self) -> Weights:
-        """Weights of the present policy, named as in a policy file."""
+        """Weights of the current policy, named as in a policy file."""
 
     @property
     @abstractmethod
@@ -170,14 +170,14 @@ class Training(ABC):
 
     @abstractmethod
     def _restore(self, arrays: Mapping[str, Array]) -> None:
-        """Set what `_state` returned, after `curve`."""
+        """Restore the arrays of `_state`; `curve` has been restored before."""
 
     @abstractmethod
     def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
-        """Round trips of the present policy in each held-back world, by scenario."""
+        """Return the round trips of the current policy in each held-back world, by scenario."""
 
     def _open(self) -> None:
-        """Resume from the checkpoint, or write the first one; ConfigError for another's."""
+        """Resume from the checkpoint, or write the first one. ConfigError if it is another's."""
         self._best = self._weights
         if self._file.exists():
             self.curve, arrays = read_checkpoint(self._file, self._experiment.identity)
@@ -212,7 +212,7 @@ class Training(ABC):
 
 
 class NetworkTraining(Training):
-    """A training of the network of one layer, which runs as a candidate of rollouts."""
+    """Training of the network of one layer, which is evaluated as a candidate by rollouts."""
 
     def __init__(
         self,
@@ -221,7 +221,7 @@ class NetworkTraining(Training):
         sizes: Mapping[str, int],
         backend: Backend,
     ) -> None:
-        """`sizes` are those of the network, as on a card."""
+        """Set up the rollouts; `sizes` are those of the network, as on a card."""
         super().__init__(experiment)
         self._architecture, self._sizes = architecture, sizes
         self._rollouts = CandidateRollouts(
@@ -236,7 +236,7 @@ class NetworkTraining(Training):
     @property
     @abstractmethod
     def _numbers(self) -> Float32[Array, " numbers"]:
-        """Flat weights of the present network."""
+        """Flat weights of the current network."""
 
     @property
     def _weights(self) -> Weights:

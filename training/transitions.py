@@ -1,11 +1,11 @@
-"""Offline transitions, kept as Parquet: what robots observed, did and earned in every tick.
+"""Offline transitions in Parquet files: observations, actions and rewards in every tick.
 
     OUT/scenario=es1/policy=ssgikf/<key>-seed00010000.transitions.parquet
 
-`swarm-forage dataset` records them, of all policies in one action space: that of the motion's
-commands in every tick, which are wheels of e-pucks. A controller plays an episode, and an
-environment is given its commands, which tells what a learner observes and earns there. Both end
-alike, bit for bit, or nothing is kept.
+`swarm-forage dataset` records all policies in one action space: the commands of the motion in every
+tick, which for e-pucks are wheels. A controller plays an episode, and an environment repeats its
+commands to obtain the observations and rewards of a learner. Both must end alike, bit for bit, or
+nothing is stored.
 """
 
 import hashlib
@@ -51,7 +51,7 @@ from training.policy_card import PolicyCard, card_from, card_of
 from training.policy_controller import PolicyController, named_policy
 
 CARD = b"card"
-"""Metadata key of the card that a policy which is trained on a file has."""
+"""Metadata key of the card for a policy that is trained on a file."""
 
 COLUMNS = (
     "observation", "action", "reward", "next_observation", "terminated", "truncated",
@@ -59,23 +59,23 @@ COLUMNS = (
 )  # fmt: skip
 
 BLOCK_ROWS = 1_000_000
-"""Transitions of the worlds that are played side by side, about."""
+"""Approximate number of transitions of the worlds that are played at once."""
 
 
 def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
-    """The transitions in a folder, of one policy or of all, by the names of `COLUMNS` and `policy`.
+    """Read the transitions of one policy or of all in a folder, by `COLUMNS` and `policy`.
 
         from training.transitions import read
 
         played = read("runs/es1-transitions", "ssgikf")
-        played["observation"], played["action"]          # float32, (rows, numbers)
+        played["observation"], played["action"]          # float32, (rows, features)
 
-    The transitions of a robot in an episode follow one another, and `truncated` ends them.
-    ConfigError for a folder without any, with an episode in two versions or with several action
-    spaces or observations, and for a damaged file.
+    The transitions of a robot in an episode follow one another; `truncated` marks the last one.
+    ConfigError for a folder without transitions, with an episode in two versions or with several
+    action spaces or observations, and for a damaged file.
 
     Args:
-        folder: What `swarm-forage dataset` has written.
+        folder: Folder that `swarm-forage dataset` has written.
         policy: The name of one policy; None: all.
     """
     files = _files(Path(folder), policy)
@@ -92,7 +92,7 @@ def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
 
 
 def card_in(folder: str | Path, policy: str) -> PolicyCard:
-    """The card of a policy that is trained on the transitions of this one; errors as `read`."""
+    """Return the card for policies trained on the transitions of `policy`; errors as in `read`."""
     file, *_ = _files(Path(folder), policy)
     return _kept_in(file)[1]
 
@@ -124,7 +124,7 @@ def _policy_of(file: Path) -> str:
 
 
 def _kept_in(file: Path) -> tuple[pa.Table, PolicyCard]:
-    """The transitions and the card in a file; ConfigError if it is damaged."""
+    """Read the transitions and the card of a file. ConfigError if it is damaged."""
     try:
         table = read_table(file.read_bytes())
         return table, card_from(card_text(table), str(file))
@@ -133,7 +133,7 @@ def _kept_in(file: Path) -> tuple[pa.Table, PolicyCard]:
 
 
 def card_text(table: pa.Table) -> str:
-    """The card in a file's metadata, as JSON; DamagedFileError if there is none."""
+    """Return the card in a file's metadata, as JSON. DamagedFileError if there is none."""
     return checked_text((table.schema.metadata or {}).get(CARD, b""))
 
 
@@ -145,12 +145,12 @@ def _array(column: pa.ChunkedArray) -> Array:
 
 
 class RandomPolicy(ForeignPolicy):
-    """Uniformly random actions, from a stream of each robot."""
+    """Policy of uniformly random actions, from a random stream of each robot."""
 
     chance: bool = True
 
     def start(self, form: PolicyForm) -> Started:
-        """Each normal draw as the share of the normal distribution below it."""
+        """Start the policy: the normal distribution function makes uniform values of the draws."""
         space = form.action_space
         if not isinstance(space, Box):
             raise ConfigError("policy random: draws numbers, not choices; leave out discrete")
@@ -165,10 +165,10 @@ RANDOM = named_policy("random", RandomPolicy())
 
 
 class DatasetOptions(EvaluateOptions):
-    """Options of `dataset`: as `evaluate`, and the policy `random`."""
+    """Options of `dataset`: those of `evaluate`, and the policy `random`."""
 
     def find(self, name: str) -> LayeredController:
-        """The controller of a name."""
+        """Return the controller of a name."""
         if name.partition(":")[0] != RANDOM.name:
             return super().find(name)
         return RANDOM.with_parameters(parse_controller(name)[1])
@@ -176,14 +176,14 @@ class DatasetOptions(EvaluateOptions):
 
 @dataclass(frozen=True)
 class Recording:
-    """What is recorded of one policy: the first `learners` robots of each episode, or all."""
+    """Recording of one policy: the first `learners` robots of each episode, or all."""
 
     configuration: ExperimentConfig
     learners: int | None = None
 
     @property
     def keywords(self) -> dict[str, Any]:
-        """Of the environment: its action is what the motion commands, in every tick."""
+        """Keywords of the environment; its actions are the commands of the motion in every tick."""
         forms = task_of(self.configuration.scenario).steerings
         return {
             "learn": "motion",
@@ -197,7 +197,7 @@ class Recording:
 
     @cached_property
     def card(self) -> PolicyCard:
-        """The card of a policy that is trained on it, which acts beside the same other layers.
+        """Card of a policy that is trained on the recording, with the same other layers.
 
         ConfigError or UnknownNameError for a policy whose motion cannot be recorded.
         """
@@ -224,20 +224,20 @@ class Recording:
 
     @property
     def n_rows(self) -> int:
-        """Transitions of an episode."""
+        """Number of transitions of an episode."""
         scenario = self.configuration.scenario
         agents = task_of(scenario).agents(scenario.task.n_robots)
         return int(scenario.n_ticks) * len(chosen_robots(self.learners, agents))
 
     @property
     def size(self) -> int:
-        """Of an episode's transitions, uncompressed [byte]."""
+        """Size of an episode's transitions, uncompressed [byte]."""
         return self.n_rows * (8 * len(self.card.observes) + 30)
 
     def play(self, seeds: Sequence[int], threads: int = 1) -> list[pa.Table]:
-        """Play an episode for each seed, side by side: a table of each.
+        """Play an episode for each seed, all at once; return a table of each.
 
-        ConfigError if the environment ends otherwise, as the motion did more than to command.
+        ConfigError if the commands do not repeat the episode, as the motion did more than that.
         """
         config = self.configuration
         loop = Loop(config.scenario, config.controller, seeds, config.physics, threads)
@@ -261,7 +261,7 @@ class Recording:
         return [self._table(seed, robots, each) for seed, *each in worlds]
 
     def _table(self, seed: int, robots: Array, played: Sequence[Float32[Array, "..."]]) -> pa.Table:
-        """The transitions of an episode: a robot's follow one another."""
+        """Return the transitions of an episode; those of a robot follow one another."""
         seen, acted, earned = played
         n_robots, n = earned.shape
         last = np.zeros((n_robots, n), np.bool_)
@@ -277,20 +277,20 @@ class Recording:
 
 
 class Transitions(Dataset):
-    """A folder of transitions: a file for each policy and seed."""
+    """Folder of transitions: a file for each policy and seed."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder, TRANSITIONS)
 
     def file(self, recording: Recording, seed: int) -> Path:
-        """Path of an episode's file, whether it exists or not."""
+        """Return the path of an episode's file, whether it exists or not."""
         config = recording.configuration
         folder = self.folder / folder_name(config.scenario.name, "scenario=")
         folder /= folder_name(config.label, "policy=")
         return folder / f"{recording.key}-seed{seed:08d}{TRANSITIONS}"
 
     def missing_seeds(self, recording: Recording, seeds: Sequence[int]) -> list[int]:
-        """Seeds of the episodes that are not kept whole; damaged files are set aside."""
+        """Return the seeds of episodes that are not stored whole; set damaged files aside."""
 
         def check(table: pa.Table) -> bool:
             written = tuple(table.column_names), table.num_rows, card_text(table)
@@ -301,7 +301,7 @@ class Transitions(Dataset):
         return [s for s in seeds if not self.read_checked(self.file(recording, s), check)]
 
     def record(self, recording: Recording, seeds: Sequence[int], threads: int) -> Iterator[int]:
-        """Play and keep episodes; yield how many, after each block."""
+        """Play and store episodes; yield the number of episodes after each block."""
         n_worlds = max(1, BLOCK_ROWS // recording.n_rows)
         for first in range(0, len(seeds), n_worlds):
             block = seeds[first : first + n_worlds]

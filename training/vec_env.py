@@ -25,31 +25,31 @@ class SwarmVecEnv(ShownEnv, VecEnv):
     """W worlds of N robots as W * N environments: parameter sharing, one policy for all robots.
 
     Environment k is learner k % L of world k // L, where L robots of a world learn: all, unless
-    `learners` says which. The keywords are those of `parallel_env`, `render_mode` included.
+    `learners` selects some. The keywords are those of `parallel_env`, `render_mode` included.
 
     A world resets to the next seed of its sequence when its episode ends, all worlds together
-    unless they are `stagger`ed. The last infos hold `terminal_observation`,
-    `TimeLimit.truncated` (time-outs are bootstrapped, as foraging has no end) and what
-    `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN raise a
-    ConfigError: PPO clips its own.
+    unless `stagger` is set. The last infos hold `terminal_observation`, `TimeLimit.truncated`
+    (time-outs are bootstrapped, as foraging has no end) and the metrics that `parallel_env` logs
+    for a robot, such as `round_trips`. Actions out of bounds and NaN raise a ConfigError; PPO
+    clips its own actions.
 
     >>> env = SwarmVecEnv("near", n_worlds=4)
     >>> env.num_envs, len(env.reset())  # four worlds of five robots
     (20, 20)
 
-    With `device="cuda"` the worlds run on a GPU, under what `ArrayEnv` refuses there. Trainers of
-    stable-baselines3 want NumPy: every step copies all actions to the GPU, and all observations
-    and rewards back, and makes a dictionary for each row on the CPU. Thousands of worlds pay with
-    a trainer that stays on the GPU: `training.ppo_learner`, TorchRL.
+    With `device="cuda"` the worlds run on a GPU, under the restrictions of `ArrayEnv`. Trainers of
+    stable-baselines3 need NumPy: every step copies all actions to the GPU, and all observations
+    and rewards back, and makes a dictionary for each row on the CPU. Thousands of worlds pay off
+    with a trainer that stays on the GPU: `training.ppo_learner`, TorchRL.
 
-    A model trained on it keeps the keywords: `swarm-forage evaluate es1 sb3:model.zip` runs what
-    `model.save("model.zip")` wrote.
+    A model trained on it stores the keywords: `swarm-forage evaluate es1 sb3:model.zip` runs the
+    file of `model.save("model.zip")`.
     """
 
     metadata: dict[str, Any]
-    render_mode: RenderMode | None = None  # VecEnv asks for it before anything is shown
+    render_mode: RenderMode | None = None  # VecEnv reads it before `_show` sets it
 
-    def __init__(  # noqa: PLR0913 each is what a user of SB3 asks for by name
+    def __init__(  # noqa: PLR0913 keywords of the public API
         self,
         scenario: ScenarioSource = "es1",
         n_worlds: int = 8,
@@ -60,13 +60,13 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         device: Device = "cpu",
         **options: Unpack[EnvOptions],
     ) -> None:
-        """Make the worlds, and call the method `seed`, which says what a seed is here.
+        """Make the worlds, and call the method `seed` with `seed`.
 
         Args:
             scenario: A name, a TOML file or a `Scenario`.
             n_worlds: Worlds, each of which adds a row for each learner.
             controller: Controller of the layers that are not learned.
-            seed: Seed of the sequence of episodes of each world: one number, or one for each.
+            seed: Seed of the sequences of episodes: a single one, or one for each world.
             stagger: The first episodes end at different times.
             render_mode: As in `parallel_env`.
             device: `cpu` or `cuda`.
@@ -82,30 +82,30 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         self.seed(seed)
 
     def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
-        """Seed the sequences from which resets draw the seeds of episodes, the first ones too.
+        """Seed the sequences from which resets draw the seeds of episodes, also of the first ones.
 
-        One number, of which world w takes seed + w, or one for each world. A world begins with the
-        episode that in `ArrayEnv` follows the one of its seed, so that a training meets none of the
-        small seeds that `evaluate` scores on. A model of stable-baselines3 hands on its `seed`.
+        From a single seed, world w takes seed + w. A world begins with the episode that in
+        `ArrayEnv` follows the one of its seed, so that a training meets none of the small seeds
+        that `evaluate` uses. A model of stable-baselines3 passes its `seed` on.
         """
         seeds = checked_seeds(seed, self.env.n_worlds)
         self.env.episodes.seed(seeds)
         return [own for own in seeds for _ in self.env.learners]
 
     def set_options(self, options: object = None) -> None:
-        """Set numbers of the scenario for the episodes of the next reset, of all worlds alike."""
+        """Set parameters of the scenario for the episodes of the next reset, in all worlds."""
         numbers = checked_options(options)
         self.env.episodes.scenario_under(numbers)
         super().set_options(dict(numbers))
 
     @property
     def max_episode_steps(self) -> int:
-        """Decisions in an episode, under the usual name."""
+        """Number of decisions in an episode, under the usual name."""
         return self.max_cycles
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:
-        """The generators of the worlds' seeds."""
+        """Random generators of the worlds' seeds."""
         return tuple(self.env.episodes.generators)
 
     def reset(self) -> Float32[Array, "rows numbers"]:
@@ -139,21 +139,21 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         return self._rows(observations), rewards.ravel().astype(np.float32), dones, infos
 
     def get_images(self) -> Sequence[Frame | None]:
-        """The frame of each world, once for each of its learners."""
+        """Return the frame of each world, once for each of its learners."""
         return [frame for frame in self._drawn() for _ in self.env.learners]
 
     def render(self, mode: str | None = None) -> Frame | None:
-        """The frame of the first world; None where it is on the screen."""
+        """Return the frame of the first world; None if it is on the screen."""
         return self._drawn()[0]
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[object]:
-        """Return an attribute, once for each of these environments."""
+        """Return an attribute, once for each of the selected environments."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(
         self, attr_name: str, value: object, indices: int | Iterable[int] | None = None
     ) -> None:
-        """Refuse: what the worlds are was fixed when they were made."""
+        """Raise ConfigError: the options of the worlds are fixed when they are made."""
         raise ConfigError(
             f"set_attr('{attr_name}'): the environments share one block of worlds, whose options"
             f" are fixed; make a new one with {attr_name}={value!r}"
@@ -166,7 +166,7 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         indices: int | Iterable[int] | None = None,
         **method_kwargs: object,
     ) -> list[object]:
-        """Call a method once, and return its result once for each of these environments."""
+        """Call a method once, and return its result once for each of the selected environments."""
         result = getattr(self, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
 
