@@ -58,7 +58,7 @@ NO_MATTER = (":serialized:", ":type:", "optimizer_class", "optimizer_kwargs")
 
 ACTIVATION = re.compile(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>")
 
-Widths = Annotated[list[Count], Field(max_length=100)]  # numbers of units of the hidden layers
+Widths = Annotated[list[Count], Field(max_length=100)]  # sizes of the hidden layers
 Branches = dict[Literal["pi", "vf", "qf"], Widths]  # hidden layers of the actor, and of the critic
 
 

@@ -69,7 +69,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     """W worlds of N robots as one TorchRL environment of batch size (W,).
 
         env = SwarmTorchEnv("es1", n_worlds=16, shaping=1.0, threads=2)
-        env.rollout(100)["epuck", "observation"]              # (16, 100, 10, numbers)
+        env.rollout(100)["epuck", "observation"]              # (16, 100, 10, features)
 
     The keywords are those of `parallel_env`, and the keys those of `PettingZooWrapper`: all
     learners are one group, named after the robots ("epuck", "create"), with "observation",
@@ -104,11 +104,11 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
         Args:
             scenario: A name, a TOML file or a `Scenario`.
-            n_worlds: Worlds in the batch.
+            n_worlds: Number of worlds in the batch.
             controller: Controller of the layers that are not learned.
             seed: Seed of the first episodes.
             stagger: The first episodes end at different times.
-            return_state: Tensors hold the true state, for centralised critics.
+            return_state: Include the true state, for centralised critics.
             categorical_actions: Discrete actions are integers; false: one-hot.
             device: `cpu` or `cuda`.
             **options: The fields of `EnvConfig`, and parameters of the scenario.

@@ -177,7 +177,7 @@ class Training(ABC):
         """Return the round trips of the current policy in each held-back world, by scenario."""
 
     def _open(self) -> None:
-        """Resume from the checkpoint, or write the first one. ConfigError if it is another's."""
+        """Resume from the checkpoint, or write the first one. ConfigError if it does not match."""
         self._best = self._weights
         if self._file.exists():
             self.curve, arrays = read_checkpoint(self._file, self._experiment.identity)

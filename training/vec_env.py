@@ -64,7 +64,7 @@ class SwarmVecEnv(ShownEnv, VecEnv):
 
         Args:
             scenario: A name, a TOML file or a `Scenario`.
-            n_worlds: Worlds, each of which adds a row for each learner.
+            n_worlds: Number of worlds; each adds a row per learner.
             controller: Controller of the layers that are not learned.
             seed: Seed of the sequences of episodes: a single one, or one for each world.
             stagger: The first episodes end at different times.
