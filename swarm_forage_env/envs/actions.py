@@ -1,4 +1,4 @@
-"""Actions as the policies give them: their spaces, their checks, and what layers make of them."""
+"""Action forms: action spaces, checks of actions, and conversion to the inputs of the layers."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,30 +19,30 @@ from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import Task
 
 NOT_FINITE = "find what made it: a division by 0, or weights that training has driven too far"
-"""What would do where an action is NaN or infinite."""
+"""Advice in the error of an action that is NaN or infinite."""
 
 LEVELS = 3
-"""Levels of a weight in a discrete action, beside steering."""
+"""Default number of levels of a weight in a discrete action."""
 
 Raw = Float32[Array, "rows numbers"]
-"""Actions as the layers take them: weights, the command of the motion, what is said."""
+"""Inputs of the layers, one row for each robot: weights, motion command and message."""
 
 
 class ActionForm:
-    """What an action is to a policy, and how it becomes what the layers take."""
+    """Action space of a policy, and the conversion of its actions to inputs of the layers."""
 
     def __init__(self, task: Task, policy: PolicyInterface, config: EnvConfig) -> None:
-        """ConfigError or UnknownNameError for a form that the task does not have."""
+        """Make the form; ConfigError or UnknownNameError if the task does not have it."""
         self._policy = policy
         self._steering = steering = _steering(task, policy, config)
         self.has_reflexes = _has_reflexes(policy, steering, config)
-        """The reflexes of the hand-written motion come first."""
+        """Whether the reflexes of the hand-written motion override the policy."""
         is_course = steering is not None and steering.is_course
         self.motion = CORRECT if config.residual else COURSE if is_course else REPLACE
-        """What becomes of the hand-written motion."""
+        """Effect of an action on the hand-written motion: CORRECT, COURSE or REPLACE."""
         self._is_symmetric = config.normalise and policy.n_weights > 0
         self.layout = self._layout()
-        """What each number of a continuous action is."""
+        """Layout of a continuous action."""
         own = None if steering is None else steering.command
         by = config.sharpest_turn
         if config.residual:
@@ -53,23 +53,23 @@ class ActionForm:
         self.conversion: Form = (
             no_choices, n_symmetric, -1 if own is None else policy.n_weights, by
         )  # fmt: skip
-        """How actions become inputs of the layers: the `Form` of `decision_kernels`."""
+        """Parameters of the conversion to layer inputs: a `Form` of `decision_kernels`."""
         self.functions: dict[str, Kernel] = {
             "write_raw": kernels.raw_of_numbers, "command": own or kernels.as_command
         }  # fmt: skip
-        """What the templates of a decision have free names for."""
+        """Functions bound to the free names of the templates of a decision."""
         if config.discrete:
             self.choices = self._choices(config.discrete)
             self.conversion = self.to_raw(self.choices), *self.conversion[1:]
             self.functions = {"write_raw": kernels.raw_of_choice}
             self.space = Discrete(len(self.choices))
         self.is_discrete = bool(config.discrete)
-        """An action is a choice, and not numbers."""
+        """Whether an action is the index of a choice instead of an array of floats."""
         self.shape = () if self.is_discrete else (len(self.layout),)
-        """Of an action of one robot."""
+        """Shape of the action of one robot."""
 
     def to_raw(self, given: Array) -> Raw:
-        """What the layers take, of actions, a row for each robot."""
+        """Return the inputs of the layers for these actions, one row for each robot."""
         raw = np.empty((1, len(given), len(self._policy.action)), np.float32)
         bind(kernels.convert, self.functions)(given[None], self.conversion, raw, (0, 1))
         return np.asarray(raw[0])
@@ -85,9 +85,9 @@ class ActionForm:
         return Layout((*weights, *self._steering.layout, *raw[n + 2 :]))
 
     def _choices(self, discrete: bool | tuple[int, int]) -> Float32[Array, "choices numbers"]:
-        """The numbers of every discrete action; the last varies fastest."""
+        """Return the continuous action of each choice; its last part varies fastest."""
         grid = discrete if isinstance(discrete, tuple) else None
-        _check_choices(discrete, math.prod(grid or ()))  # before as many are made
+        _check_choices(discrete, math.prod(grid or ()))  # before the choices are built
         parts = [*self._weights(grid), self._steers(grid), self._policy.said]
         _check_choices(discrete, math.prod(map(len, parts)))
         rows = [np.concatenate(each) for each in product(*(p for p in parts if p.shape[1]))]
@@ -130,12 +130,12 @@ def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steerin
     if config.action is not None and config.action not in task.steerings:
         raise UnknownNameError("form of action", config.action, task.steerings)
     if len(policy.action) == policy.n_weights or not task.steerings:
-        return None  # nothing but weights, or as the action says
+        return None  # weights only, or a task without steering
     return task.steerings[config.action or next(iter(task.steerings))]
 
 
 def _has_reflexes(policy: PolicyInterface, steering: Steering | None, config: EnvConfig) -> bool:
-    """Whether the reflexes come first; ConfigError where they cannot, or cannot be left out."""
+    """Return whether reflexes override the policy; ConfigError for keywords that conflict."""
     is_course = steering is not None and steering.is_course
     if (is_course or config.reflexes) and not policy.walk:
         what = f"action='{config.action}'" if is_course else "reflexes=True"
@@ -156,25 +156,25 @@ def _has_reflexes(policy: PolicyInterface, steering: Steering | None, config: En
 
 
 class Actions:
-    """Checks the actions of all learners, a row for each, or says what is wrong."""
+    """Checker of the actions of all learners; its errors name the agent and the feature."""
 
     def __init__(self, agents: Sequence[str], form: ActionForm) -> None:
         self._agents, self.form = tuple(agents), form
         self._shape = (len(agents), *form.shape)
 
     def matrix(self, actions: Mapping[str, object]) -> Array:
-        """A row for each agent; ConfigError or UnknownNameError for what cannot be used."""
+        """Return one row for each agent; ConfigError or UnknownNameError for invalid actions."""
         try:
             stacked = np.array([actions[agent] for agent in self._agents])
             usable = self._usable(stacked) if len(actions) == len(self._agents) else None
         except (IndexError, KeyError, TypeError, ValueError):
-            usable = None  # why, is found out below
+            usable = None  # the error is determined below
         if usable is None:
             raise self._complaint(actions)
         return usable
 
     def rows(self, given: Array) -> Array:
-        """The same from an array that has a row for each agent already."""
+        """Return the array, one row for each agent, after checks; ConfigError if invalid."""
         usable = self._usable(given)
         if usable is None:
             if given.shape[:1] != self._shape[:1]:
@@ -183,7 +183,7 @@ class Actions:
         return usable
 
     def _usable(self, actions: Array) -> Array | None:
-        """The actions as kernels take them, or None if the numbers are not what the space says."""
+        """Return the actions as kernels take them, or None if they are not in the action space."""
         if actions.shape != self._shape:
             return None
         if self.form.is_discrete:
@@ -242,7 +242,7 @@ class Actions:
 
 
 def as_array(actions: object) -> Array:
-    """Actions as one array; ConfigError where some have more numbers than others."""
+    """Return the actions as one array; ConfigError if their lengths differ."""
     try:
         return np.asarray(actions)
     except ValueError as error:
@@ -253,7 +253,7 @@ def as_array(actions: object) -> Array:
 def is_within(
     given: Array, low: Float32[Array, " numbers"], high: Float32[Array, " numbers"]
 ) -> bool:
-    """Every number of every row is within its bounds; NaN is not."""
+    """Return whether every value of every row is within its bounds; NaN is not."""
     for i in range(given.shape[0]):
         for k in range(given.shape[1]):
             if not low[k] <= given[i, k] <= high[k]:

@@ -34,61 +34,60 @@ from swarm_forage_env.ticks import BEGINS, STANDS
 from swarm_forage_env.worlds_on_cpu import Device, Memory, PlacedArray, checked_device
 
 Infos = dict[str, Any]
-"""Numbers that are no observation, by name: arrays of shape (worlds, learners) or (worlds,)."""
+"""Values that are not observed, by name: arrays of shape (worlds, learners) or (worlds,)."""
 
 Step = tuple[Any, Any, Any, Any, Infos]
-"""Observations (worlds, learners, numbers), rewards (worlds, learners), terminated and truncated
-(worlds,), and infos: arrays of NumPy, or of a GPU."""
+"""Observations (worlds, learners, features), rewards (worlds, learners), terminated and truncated
+(worlds,), and infos, as NumPy or GPU arrays."""
 
 
 class Transition(NamedTuple):
-    """A step of worlds, in which those whose episodes have ended are reset."""
+    """A step of all worlds, followed by a reset of the worlds whose episodes have ended."""
 
     final: Any
-    """Observations after the step."""
+    """Observations after the step, before the reset."""
     observations: Any
-    """Observations that the next actions are for: of what has ended the first of a new episode."""
+    """Observations for the next actions; after a reset, those of the new episode."""
     rewards: Any
     is_over: Bool[Array, " worlds"]
-    """Where an episode has ended, in the memory of the CPU."""
+    """Whether the episode of each world has ended, in CPU memory."""
     acts: Any
-    """Whose next action counts; None where all do."""
+    """1 for learners whose next action takes effect, else 0; None if all do."""
     room: tuple[PlacedArray, ...] | None
-    """The arrays of a GPU that a step writes, for reuse."""
+    """GPU arrays that a step writes, for reuse in a later call."""
 
 
 class ArrayEnv:
-    """W worlds side by side, in each of which some robots learn: arrays in, arrays out.
+    """W worlds in parallel, in each of which some or all robots learn: arrays in, arrays out.
 
         env = ArrayEnv("es1", n_worlds=64, threads=2)
-        observations, infos = env.reset(seed=0)              # (64, 10, numbers)
+        observations, infos = env.reset(seed=0)              # (64, 10, features)
         observations, rewards, terminated, truncated, infos = env.step(actions)
         observations, infos = env.reset(worlds=truncated)    # resets those
 
     The first axis is the world, the second the learner, in the order of `learners`. A world equals
-    the same world alone, bit for bit, and the number of threads changes nothing. Nobody dies:
-    `terminated` is False everywhere, and a world is truncated after `max_cycles` steps. It must
-    be reset then, by a mask or by numbers of worlds; the others go on.
+    the same world run alone, bit for bit, with any number of threads. `terminated` is always False;
+    a world is truncated after `max_cycles` steps and must then be reset, by a mask or by indices of
+    worlds. The other worlds continue.
 
-    With a decision period of k ticks an action is held for k ticks, and the rewards of all k
-    are added up. A weight g held so applies to every exchange that ends in these ticks, while
-    the observation shows the last tick only: for `learn="weighting"` k = 1 is what the
-    hand-written rules have. With `step_on="exchange"` a step ends where an exchange of a learner
-    does, in each world for itself; `infos["acts"]` tells whose next action counts.
+    With a decision period of k ticks an action is held for k ticks, and the rewards of these ticks
+    are summed. A weight g applies to every exchange that ends in these ticks, while the
+    observation shows the last tick only: for `learn="weighting"`, k = 1 matches the hand-written
+    rules. With `step_on="exchange"` the step of a world ends when an exchange of one of its
+    learners ends; `infos["acts"]` is 1 for the learners whose next action takes effect.
 
-    With `device="cuda"` the worlds run on a GPU, with the bits of a CPU in a simulator of one:
+    With `device="cuda"` the worlds run on a GPU; in Numba's GPU simulator, bit for bit as on a CPU:
 
         env = ArrayEnv("es1", n_worlds=4096, device="cuda", physics="kinematic")
         observations, infos = env.reset(seed=0)
         actions = policy(torch.as_tensor(observations, device="cuda"))
         observations, rewards, terminated, truncated, infos = env.step(actions)
 
-    What it gives then are arrays of the GPU with `__cuda_array_interface__`, new ones in each
-    step; what it takes may be of any library that has that: neither is copied. All is in the order
-    of one stream, `stream`, at first CUDA's default stream, which is torch's too. A step is one
-    launch that reads nothing back: a world in which an action is refused stands still, until
-    `check`, a reset or a download raises the refusal. Rewards and observations of the user's own
-    run on a CPU only.
+    Results are then GPU arrays with `__cuda_array_interface__`, new ones in each step; actions may
+    come from any library with that interface. Neither is copied. One CUDA stream, `stream`, orders
+    all work; by default it is CUDA's default stream, which PyTorch uses too. A step is one launch
+    that reads nothing back: a world with a refused action stops until `check`, a reset or a
+    download raises the error. User-defined rewards and observations run on a CPU only.
     """
 
     def __init__(
@@ -100,23 +99,23 @@ class ArrayEnv:
         device: Device = "cpu",
         **options: Unpack[EnvOptions],
     ) -> None:
-        """Make the worlds under the keywords of `parallel_env`; `reset` starts their episodes.
+        """Make the worlds from the keywords of `parallel_env`; `reset` starts their episodes.
 
-        ConfigError for what does not run on the device.
+        Raises ConfigError for options that do not run on the device.
 
         Args:
             scenario: A name, a TOML file or a `Scenario`.
-            n_worlds: Worlds in the block.
+            n_worlds: Number of worlds.
             controller: Controller of the layers that are not learned, as in `parallel_env`.
-            stagger: The first episodes end one after the other, evenly spread over an episode's
-                time, so that a batch shows all phases of an episode at once.
+            stagger: The ends of the first episodes are spread evenly over the length of an
+                episode, so that a batch shows all phases of an episode at once.
             device: `cpu` or `cuda`.
             **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
         self.device = checked_device(device)
         self._made_by = scenario, n_worlds, controller, stagger, device, options
         self.made_beside = controller
-        """Controller of the layers that are not learned, as it was given."""
+        """Controller of the layers that are not learned, as given to the constructor."""
         self.n_worlds = checked_count("n_worlds", n_worlds)
         parts = checked_parts(scenario, controller, options)
         form, config = parts.form, parts.form.config
@@ -134,11 +133,11 @@ class ArrayEnv:
         robots = chosen_robots(config.learners, self.agents)
         self.learners = [self.agents[robot] for robot in robots]
         self.learner_numbers: Int64[Array, " learners"] = np.array(robots, np.int64)
-        """The numbers of the robots that learn."""
+        """Indices of the robots that learn."""
         is_all = len(robots) == len(self.agents)
         learns = slice(None) if is_all else self.learner_numbers
         own = dict.fromkeys(self.policy.replaces, (slice(None), learns))
-        copied = slice(None if device == "cpu" else 1)  # a GPU is given the first world
+        copied = slice(None if device == "cpu" else 1)  # on a GPU, all worlds copy the first
         form.hand_over(self.world.robots["action"][copied], own)
         self._on: Worlds = placed(self.loop, device)
         self.episodes = Episodes(self._on, randomisation, form.check_bounds)
@@ -151,7 +150,7 @@ class ArrayEnv:
         return self.described(type(self).__name__)
 
     def described(self, kind: str) -> str:
-        """What an environment of a class is, in a line."""
+        """Return a one-line description of the environment, under this class name."""
         worlds = f"{self.n_worlds} worlds" if self.n_worlds > 1 else "1 world"
         return (
             f"<{kind} {self.world.scenario.name}: learn={self.config.learn!r},"
@@ -161,32 +160,32 @@ class ArrayEnv:
 
     @property
     def world(self) -> World:
-        """The worlds of the robots: their records are the truth."""
+        """Worlds of the robots; their records hold the ground truth."""
         return self.loop.world
 
     @property
     def infos(self) -> tuple[str, ...]:
-        """The names of what `log` tells of each robot."""
+        """Names of the values that `log` returns for each learner."""
         return self.truth.infos
 
     @property
     def robot_steps(self) -> int:
-        """Control ticks of the learners of all worlds, since the environment was made."""
+        """Number of ticks of all learners of all worlds since the environment was made."""
         return self._ticks * len(self.learners)
 
     @property
     def is_over(self) -> Bool[Array, " worlds"]:
-        """The episode of each world has ended: it must be reset."""
+        """Whether the episode of each world has ended, so that it must be reset."""
         return self.episodes.is_over
 
     def reset(
         self, seed: Seeds = None, worlds: object = None, options: Mapping[str, object] | None = None
     ) -> tuple[Any, Infos]:
-        """Reset worlds, all unless `worlds` is a mask or numbers of some; observe all.
+        """Reset all worlds, or those of a mask or of indices; return observations and infos of all.
 
-        A seed fixes an episode and all that follow without one: one for the first of these
-        worlds, whose others take the next whole numbers, or one for each of them. `options` are
-        numbers of the scenario for these episodes, by dotted name.
+        A seed fixes an episode and all later ones that are started without a seed. Give one for
+        each world to be reset, or a single one: these worlds then take seed, seed + 1 and so on.
+        `options` are scenario parameters for these episodes, by dotted name.
         """
         self.check()
         is_first = not self.episodes.has_begun
@@ -200,11 +199,11 @@ class ArrayEnv:
         return seen, self._infos(memory.to_device(np.zeros((self.n_worlds, len(self.learners)))))
 
     def step(self, actions: object) -> Step:
-        """One decision; observations, rewards, terminated, truncated, infos.
+        """Run one decision; return observations, rewards, terminated, truncated and infos.
 
-        `actions` have the shape (worlds, learners, numbers), or (worlds, learners) where they are
-        choices; on a GPU they are float32 or whole numbers. A refused action leaves everything as
-        it was, on a GPU its world.
+        `actions` have the shape (worlds, learners, features), or (worlds, learners) if they are
+        discrete; on a GPU, their type is float32 or an integer type. A refused action leaves all
+        worlds unchanged; on a GPU, its own world.
         """
         self.episodes.check_running()
         if self.device == "cuda":
@@ -217,7 +216,7 @@ class ArrayEnv:
         return self.advance(self.actions.rows(array.reshape(-1, *array.shape[2:])))
 
     def advance(self, rows: Array) -> Step:
-        """`step` with a row for each learner of each world, as `actions` has checked them."""
+        """Run `step` with rows that `actions` has checked, one for each learner of each world."""
         self.episodes.check_running()
         shape = self.n_worlds, len(self.learners), *self.action_shape
         return self._decided(self.memory.to_device(rows.reshape(shape)))
@@ -225,10 +224,10 @@ class ArrayEnv:
     def step_and_reset(
         self, actions: object, out: tuple[PlacedArray, ...] | None = None
     ) -> "Transition":
-        """`step`, and then `reset` of the worlds whose episodes have ended.
+        """Run `step`, then `reset` the worlds whose episodes have ended.
 
-        On a GPU both are one launch where episodes differ in their seeds alone. Then all arrays
-        are parts of `out`, if it is given: the `room` of an earlier call, which is overwritten.
+        On a GPU both are one launch if episodes differ in their seeds only. The results then are
+        views of `out` if it is given: the `room` of an earlier call, which is overwritten.
         """
         if not self.is_one_launch:
             final, rewards, _, _, infos = self.step(actions)
@@ -244,29 +243,28 @@ class ArrayEnv:
 
     @property
     def is_one_launch(self) -> bool:
-        """`step_and_reset` is one launch of a GPU: `count_step`, then `launch`, all on arrays that
-        stay, so that a CUDA graph can repeat it."""
+        """Whether `step_and_reset` is one GPU launch: `count_step`, then `launch` on fixed arrays,
+        which a CUDA graph can repeat."""
         return self._at_once is not None and self.episodes.are_alike
 
     def room(self) -> tuple[PlacedArray, ...]:
-        """Arrays for what a launch gives, each for its end and for how worlds go on, but the last:
-        rewards, observations without and with frames, and where an episode is over."""
+        """Return new arrays for the results of a launch, as described at `whole_decision.Out`."""
         assert self._at_once is not None
         return self._at_once.room()
 
     def count_step(self) -> Bool[Array, " worlds"]:
-        """The CPU's part of `step_and_reset`, which counts as the GPU does; where episodes end."""
+        """Count a step on the CPU, as `launch` does on the GPU; return where episodes end."""
         self.episodes.check_running()
         self._count_at_once()
         return self.episodes.follow_on(self.max_cycles)
 
     def launch(self, actions: PlacedArray, room: tuple[PlacedArray, ...]) -> None:
-        """The GPU's part of `step_and_reset`, of actions that lie there."""
+        """Launch `step_and_reset` on the GPU, with actions in GPU memory."""
         assert self._at_once is not None
         self._at_once(actions, self.config.period, self.max_cycles, room)
 
     def check_keeps_step(self, instead: str) -> None:
-        """ConfigError where one world's episode can end before another's, saying what would do."""
+        """Raise ConfigError, with this advice, if episodes can end at different times."""
         why = "stagger=True" if self._is_staggered else f"step_on='{self.config.step_on}'"
         if self.n_worlds > 1 and why != "step_on='tick'":
             raise ConfigError(
@@ -274,7 +272,7 @@ class ArrayEnv:
             )
 
     def check(self) -> None:
-        """Raise what went wrong on a GPU since the last time, as a refused action: waits for it."""
+        """Wait for the GPU, and raise errors since the last check, such as a refused action."""
         self._on.check()
 
     def _count_at_once(self) -> None:
@@ -302,7 +300,7 @@ class ArrayEnv:
         return seen, rewards, never, truncated, self._infos(unshaped)
 
     def _run(self) -> None:
-        """The ticks of a decision, in which `earned` adds up what every robot earns."""
+        """Run the ticks of a decision; `earned` sums what each robot earns."""
         if self._exchanges is not None:
             self._ticks += self._exchanges.run()
             return
@@ -314,14 +312,14 @@ class ArrayEnv:
 
     @cached_property
     def actions(self) -> Actions:
-        """What checks the actions of all learners on a CPU, and names those that it refuses."""
+        """Checker of the actions of all learners on a CPU."""
         names = self.learners
         if self.n_worlds > 1:
             names = [f"{name} of world {w}" for w in range(self.n_worlds) for name in names]
         return Actions(names, self._form.action)
 
     def state(self) -> Float32[Array, "worlds numbers"]:
-        """The truth about every world, as `state_layout` says, on the CPU: for critics."""
+        """Return the global state of every world, as in `state_layout`, on the CPU: for critics."""
         self.download()
         state = self.truth.state(self.episodes.share_gone)
         if self.config.normalise:
@@ -329,16 +327,16 @@ class ArrayEnv:
         return state
 
     def log(self) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
-        """What is logged of each learner, in the order of `infos`: worlds, learners, infos."""
+        """Return the logged values, shape (worlds, learners, infos), in the order of `infos`."""
         out = self.memory.empty((self.n_worlds, len(self.learners), len(self.infos)), np.float64)
         at = self._on.arrays
         self._write_log(at["robots"], at["minds"], at["worlds"], self._learners, out)
         return out
 
     def download(self) -> Self:
-        """Copy the records of a GPU to `loop` and `world`, to be looked at; of a CPU nothing is.
+        """Copy the records of a GPU to `loop` and `world`; on a CPU, do nothing.
 
-        A later step goes on from the GPU, whatever was done to them.
+        Changes to these copies do not affect later steps on the GPU.
         """
         self.check()
         self._on.download()
@@ -346,15 +344,15 @@ class ArrayEnv:
 
     @property
     def memory(self) -> Memory:
-        """Where the arrays lie that `reset` and `step` give: what copies them to and from there."""
+        """Memory of the arrays that `reset` and `step` return, with methods to copy them."""
         return self._on.memory
 
     @property
     def stream(self) -> int:
-        """The address of the stream of CUDA in whose order a GPU works; 0: the default stream.
+        """Address of the CUDA stream that orders the work of a GPU; 0: the default stream.
 
-        Whoever works in another one says so before a reset or a step, as the wrappers for torch
-        do: `env.stream = torch.cuda.current_stream().cuda_stream`. It waits for the one before.
+        To work in another stream, set it before a reset or a step, as the wrappers for PyTorch do:
+        `env.stream = torch.cuda.current_stream().cuda_stream`. It waits for the previous stream.
         """
         return int(self.memory.stream)
 
@@ -363,12 +361,12 @@ class ArrayEnv:
         self.memory.change_stream(address)
 
     def snapshot(self) -> object:
-        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        """Return the full state, which can be pickled and restored any number of times."""
         self.download()
         return self.loop.snapshot(), (self.episodes.snapshot(), self._decisions.snapshot())
 
     def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken, bit for bit; ConfigError if it does not fit."""
+        """Continue from a snapshot, bit for bit; ConfigError if it does not fit."""
         loop, rest = parts_of(snapshot, 2)
         episodes, decisions = parts_of(rest, 2)
         self._decisions.check_fits(parts_of(decisions, 2))
@@ -390,7 +388,7 @@ class ArrayEnv:
         self.restore(state["snapshot"])
 
     def _prepare(self, form: PolicyForm) -> None:
-        """Make the spaces, and what a decision consists of."""
+        """Make the spaces and the parts of a decision."""
         config, worlds, learners = self.config, self._on, self.learner_numbers
         self._at_once = None
         if isinstance(worlds, DeviceLoop) and config.step_on != "exchange":
@@ -410,7 +408,7 @@ class ArrayEnv:
         self.action_shape, self._form = form.action.shape, form
 
     def _describe_state(self, scenarios: Sequence[BaseScenario]) -> None:
-        """Make what writes the truth, which is as wide as in any of these scenarios."""
+        """Make the global state, with the size of the largest among these scenarios."""
         truths = [
             self.task.global_state(self.world, self.loop.controller, self.agents, each)
             for each in scenarios
@@ -425,7 +423,7 @@ class ArrayEnv:
         self._write_log = self._on.kernel(write_log, {"log": log})
 
     def _infos(self, unshaped: PlacedArray) -> Infos:
-        """The unshaped reward, whose next action counts, and what was drawn."""
+        """Return unshaped rewards, `acts` if steps end at exchanges, and drawn parameters."""
         acting = {} if self._exchanges is None else {"acts": self._exchanges.acts()}
         drawn = self.episodes.drawn.items()
         lent = {name: self.memory.lend(self.memory.to_device(each)) for name, each in drawn}
@@ -433,7 +431,7 @@ class ArrayEnv:
 
 
 array_env = ArrayEnv
-"""The batch API, under a name like that of `parallel_env`."""
+"""Alias of `ArrayEnv`, named like `parallel_env`."""
 
 
 def _check_on_gpu(config: EnvConfig, form: PolicyForm) -> None:

@@ -12,14 +12,14 @@ from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.parameters import Count, NotNegative, Parameters, Positive, Share
 
 MAX_CHOICES = 4096
-"""Discrete actions of a robot, at most: a network has one output for each."""
+"""Maximum number of discrete actions of a robot; a network has one output for each."""
 
 MAX_FRAMES = 1000
-"""Observations of a robot together, at most: a network has an input for each of their numbers."""
+"""Maximum number of stacked observations; a network has one input for each of their features."""
 
 
 class PolicyKeywords(Parameters):
-    """What a policy replaces, what it observes, and how its actions are read."""
+    """Keywords of a policy: the layers it replaces, its observations and its actions."""
 
     learn: str = Field(
         "motion",
@@ -92,7 +92,7 @@ class PolicyKeywords(Parameters):
 
 
 class EnvConfig(PolicyKeywords):
-    """What is learned, from what, for what reward, and how the world runs."""
+    """Options of an environment: its policy, learners, reward, engine and episode length."""
 
     learners: object = Field(
         None,
@@ -144,12 +144,12 @@ class EnvConfig(PolicyKeywords):
 
     @property
     def period(self) -> int:
-        """Ticks for which an action is held; 1 where none are said."""
+        """Number of ticks for which an action is held; 1 if `decision_period` is None."""
         return self.decision_period or 1
 
 
 def n_steps(scenario: parameters.BaseScenario, config: EnvConfig) -> int:
-    """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
+    """Return the decisions per episode: `max_cycles`, or as many as fit the scenario's duration."""
     if config.period > scenario.n_ticks:
         raise ConfigError(
             f"decision_period={shown(config.period)}: must be at most the {scenario.n_ticks} ticks"
@@ -159,7 +159,7 @@ def n_steps(scenario: parameters.BaseScenario, config: EnvConfig) -> int:
 
 
 def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
-    """The numbers of the robots that learn, in order; an error for what names none.
+    """Return the sorted indices of the robots that learn; an error for an invalid selection.
 
     >>> chosen_robots(2, ["epuck_0", "epuck_1", "epuck_2"])
     [0, 1]

@@ -1,4 +1,4 @@
-"""What becomes of the actions of the learners of worlds, and what they observe and are given."""
+"""Decisions of learners: from actions to layer inputs, and back to observations and rewards."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, cast
@@ -28,11 +28,11 @@ from swarm_forage_env.worlds_on_cpu import Memory, PlacedArray, WorldsOnCpu
 Worlds = Loop | DeviceLoop
 
 Snapshot = tuple[Array, tuple[Array, Array]]
-"""Actions, and of observations frames and streams."""
+"""Last actions; stacked observations and random streams."""
 
 
 class Observing:
-    """Writes what some robots of worlds observe, where these run; a new array each time."""
+    """Observations of the learners, computed where the worlds run, in a new array for each call."""
 
     def __init__(
         self, form: PolicyForm, place: WorldsOnCpu | DeviceLoop, robots: Int64[Array, " learners"]
@@ -64,10 +64,10 @@ class Observing:
     def __call__(
         self, raw: PlacedArray, modes: PlacedArray, time_left: Float64[Array, " worlds"]
     ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
-        """What every robot observes after these actions, as the layers took them.
+        """Return the observations of every learner after the layer inputs `raw`.
 
-        Of a world that BEGINS the action is forgotten, and its frames are the first observation;
-        to those of a world that RUNS one is added. `time_left` is the share of each episode.
+        In a world that BEGINS, `raw` is set to zero and the stack is filled with the observation;
+        a world that RUNS appends one. `time_left` is the remaining share of each episode.
         """
         seen, out = self.room()
         if self._numpy:
@@ -78,22 +78,22 @@ class Observing:
         return out
 
     def room(self, *axes: int) -> tuple[PlacedArray, PlacedArray]:
-        """New arrays for what is observed, without and with the frames before; or one for both."""
+        """Return new arrays for single and stacked observations; without a stack, one for both."""
         empty, n_frames = self._place.memory.empty, self._kept.shape[2]
         seen = empty((*axes, *self._seen), np.float32)
         return seen, empty((*axes, *self._stacked), np.float32) if n_frames else seen
 
     @property
     def handed(self) -> tuple[Any, ...]:
-        """Where observations lie, how they are scaled, what is beside them, and frames."""
+        """Arguments of `decide_at_once`: observed fields, scaling, additions and stacks."""
         return self._fields, self._scaling, self._additions, self._kept
 
     def snapshot(self) -> tuple[Array, Array]:
-        """The frames and the streams: what a later `restore` needs."""
+        """Return copies of the stacks and of the random streams, for `restore`."""
         return np.array(self._place.memory.read(self._kept)), self._streams.copy()
 
     def restore(self, kept: tuple[Array, Array]) -> None:
-        """Go on as when the snapshot was taken."""
+        """Continue from a snapshot."""
         frames, self._streams[...] = kept
         self._place.memory.write(self._kept, frames)
 
@@ -104,9 +104,9 @@ class Observing:
         modes: Modes,
         seen: Float32[Array, "worlds learners numbers"],
     ) -> None:
-        """Write what the classes of the user's own observe; ConfigError for a wrong number."""
+        """Write the user-defined observations; ConfigError for a value out of bounds."""
         at, begins = self._place.arrays, modes == BEGINS
-        # the streams of new episodes derive from those of the robots, which follow the seed
+        # a new episode derives its streams from those of the robots, which depend on the seed
         self._streams[begins] = at["robots"]["streams"][begins, :, 0] ^ hash_of("observation")
         raw[begins] = 0.0
         actions = np.zeros((*self._shape, raw.shape[2]), np.float32)
@@ -134,7 +134,7 @@ class Observing:
 
 
 def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features: Layout) -> None:
-    """ConfigError for a number of an observation of the user's own outside its bounds, or NaN."""
+    """Raise ConfigError if a value of a user-defined observation is NaN or out of bounds."""
     box = features.box()
     is_right = (box.low <= numbers) & (numbers <= box.high) & np.isfinite(numbers)
     if not is_right.all():
@@ -148,7 +148,7 @@ def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features:
 
 
 class Decisions:
-    """The decisions of the learners of a block of worlds, where these run."""
+    """Decisions of the learners of a block of worlds, computed where the worlds run."""
 
     def __init__(
         self,
@@ -167,14 +167,14 @@ class Decisions:
         self._rows = shape[0], len(learners)
         raw = np.zeros((*self._rows, len(form.policy.action)), np.float32)
         self.raw = memory.to_device(raw)
-        """What the layers of the learners took last; worlds, learners, numbers."""
+        """Last inputs of the learners' layers, shape (worlds, learners, features)."""
         self._learners = memory.to_device(learners)
         table, *rest = form.action.conversion
         self._conversion = memory.to_device(table), *rest
         self._fields = worlds.fields(form.policy.action)
         space, phi = form.action.space, form.task.potential
         self._limits: Any = 0
-        """The bounds of the numbers of an action, or how many choices there are."""
+        """Bounds of a continuous action, or the number of choices of a discrete one."""
         if isinstance(space, Box):
             self._limits = memory.to_device(space.low), memory.to_device(space.high)
         else:
@@ -195,7 +195,7 @@ class Decisions:
         self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
 
     def placed(self, actions: object) -> PlacedArray:
-        """Actions as they lie on a GPU; ConfigError for another shape or type."""
+        """Return the actions as a GPU array; ConfigError for another shape or type."""
         assert isinstance(self._worlds, DeviceLoop)
         array = self._worlds.memory.as_device_array(actions)
         is_discrete = self._form.action.is_discrete
@@ -210,11 +210,11 @@ class Decisions:
         return array
 
     def act(self, actions: PlacedArray) -> None:
-        """Hand actions to the layers of the learners; what is refused is noted in its world."""
+        """Write actions to the layers of the learners; a refused action is noted in its world."""
         self._act(self._state, self._acting(actions), self._crediting)
 
     def rewards(self) -> tuple[PlacedArray, PlacedArray]:
-        """The rewards of every learner since it acted: without shaping, and with it."""
+        """Return the rewards of every learner since its action: without and with shaping."""
         out = self._worlds.memory.empty((2, *self._rows), np.float64)
         self._settle(self._state, self._crediting, self._learners, out)
         return out[0], out[1]
@@ -223,21 +223,21 @@ class Decisions:
         return self._fields, self._learners, actions, self._conversion, self.raw, self._limits
 
     def observe(self, modes: PlacedArray | None = None) -> Any:  # noqa: ANN401 as it is placed
-        """What every learner observes after its action, or where worlds begin as `modes` say."""
+        """Return the observations of every learner; if `modes` is None, all worlds RUN."""
         time_left = self._episodes.share_left if self._form.additions else self._no_time
         return self.observing(self.raw, self._run if modes is None else modes, time_left)
 
     def snapshot(self) -> Snapshot:
-        """The last actions, and what observations go on from."""
+        """Return copies of the last actions, of the stacks and of the random streams."""
         return np.array(self._worlds.memory.read(self.raw)), self.observing.snapshot()
 
     def check_fits(self, snapshot: Snapshot) -> None:
-        """ConfigError if a snapshot is of an environment of other options."""
+        """Raise ConfigError if a snapshot is from an environment with other options."""
         if [*_shapes(snapshot)] != [*_shapes(self.snapshot())]:
             raise ConfigError("restore(): the snapshot is of an environment of other options")
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on as when a snapshot that fits was taken."""
+        """Continue from a snapshot that fits."""
         raw, frames = snapshot
         self._worlds.memory.write(self.raw, raw)
         self.observing.restore(frames)
@@ -249,14 +249,14 @@ def _shapes(snapshot: Snapshot) -> Iterator[tuple[int, ...]]:
 
 
 LOOKED_AT_EVERY = 16
-"""Ticks after which a CPU asks a GPU whether a world still runs, and waits for the answer."""
+"""Number of ticks between two checks whether a world still runs; each waits for the GPU."""
 
 
 class Exchanges:
-    """Every step runs each world to the end of the next exchange of one of its learners.
+    """Steps that run each world to the end of the next exchange of one of its learners.
 
-    A world whose time is up stops without one. A world that has come so far stands still until all
-    others have too: what an episode counts is ticks.
+    A world also stops at the end of its episode. A stopped world waits for all others. The length
+    of an episode counts ticks.
     """
 
     def __init__(
@@ -277,7 +277,7 @@ class Exchanges:
         self._acts = worlds.kernel(kernels.write_acts, {})
 
     def run(self) -> int:
-        """Run, and count the ticks of each world; how many they were together."""
+        """Run one step and count the ticks of each world; return their total."""
         worlds, episodes, modes = self._worlds, self._episodes, self._modes
         at: Mapping[str, Any] = worlds.arrays
         memory: Memory = worlds.memory
@@ -294,7 +294,7 @@ class Exchanges:
         return n_ticks
 
     def acts(self) -> PlacedArray:
-        """1 for the learners that just ended an exchange, whose next action counts; else 0."""
+        """Return 1 for each learner that has just ended an exchange and acts next, else 0."""
         out = self._worlds.memory.empty(self._shape, np.float64)
         self._acts(self._worlds.arrays["minds"], self._learners, out)
         return out

@@ -1,9 +1,9 @@
-"""A decision of the learners of worlds, one text for CPU and GPU: actions in, observations out.
+"""Kernels of a decision of the learners, shared by CPU and GPU: actions in, observations out.
 
     act -> [ticks] -> settle -> observe
 
-Each is a template over worlds (`swarm_forage_env.lanes`), and `whole_decision` all of them in one.
-An array of actions is read only.
+Each is a template over worlds (`swarm_forage_env.lanes`); `whole_decision` runs all in one launch.
+The array of actions is read-only.
 """
 
 from typing import Any
@@ -31,53 +31,52 @@ command: Kernel
 potential: Kernel
 log: Kernel
 check_actions: Kernel
-"""Free names of the templates: lanes; how an action is read, and a form of steering; and functions
-of a task."""
+"""Free names of the templates: lanes; check and conversion of actions; and functions of a task."""
 
 HALF, ONE = np.float32(0.5), np.float32(1.0)
 
 Form = tuple[Float32[Array, "choices numbers"], int, int, float]
-"""The actions that choices stand for; how many of the first numbers are weights in [-1, 1]; from
-which number on two steer, or -1; and the sharpest turn, or the share of a correction."""
+"""Layer inputs of each choice; number of leading weights given in [-1, 1]; index of the first of
+two steering features, or -1; and the sharpest turn, or the share of a residual."""
 
 Scaling = tuple[int, int, bool, Float32[Array, " numbers"], Array]
-"""Where the observed target starts, or -1, where its direction goes, and whether the course of a
-walk stands there; the typical size of each number, none where nothing is normalised; and which of
-them are squashed."""
+"""Index of the observed target, or -1; index of its direction; whether the direction of the random
+walk is already there; typical size of each feature, empty without normalisation; and whether each
+feature is squashed."""
 
 Span = tuple[int, int]
-"""The first of some worlds, and the last + 1."""
+"""Range of worlds: the first, and the last + 1."""
 
 Rows = Float32[Array, "worlds learners numbers"]
 
 Terms = tuple[float, float, bool]
-"""The discount and the weight of the shaping, and whether the team is credited."""
+"""Discount and weight of the shaping, and whether rewards are the mean over the team."""
 
 State = tuple[Array, Array, Trouble]
-"""The robots, the worlds, and what went wrong in each."""
+"""Records of the robots and of the worlds, and the error of each world."""
 
 Acting = tuple[Fields, Int64[Array, " learners"], Array, Form, Rows, Any]
-"""Where actions go, who acts, the actions, how they are read, what the layers took, and bounds."""
+"""Target fields, learners, actions, conversion, layer inputs, and bounds or number of choices."""
 
 Crediting = tuple[Float64[Array, "worlds robots"], Terms, Float64[Array, "worlds robots"]]
-"""Potentials before the ticks, how rewards are made, and what was earned."""
+"""Potentials before the ticks, terms of the reward, and rewards earned."""
 
 
 @kernel
 def as_command(first: float, second: float, sharpest_turn: float) -> tuple[float, float]:
-    """The two numbers are the command."""
+    """Return the two steering features as the command."""
     return first, second
 
 
 @kernel
 def share_of_command(first: float, second: float, share: float) -> tuple[float, float]:
-    """A share of the two numbers is the command."""
+    """Return a share of the two steering features as the command."""
     return share * first, share * second
 
 
 @row_template
 def raw_of_numbers(given: Rows, w: int, learner: int, form: Form, row: Array) -> None:
-    """Write what the layers take, of an action that is numbers."""
+    """Write the layer inputs of a continuous action."""
     _, n_symmetric, steers_at, by = form
     for k in range(row.shape[0]):
         number = given[w, learner, k]
@@ -91,13 +90,13 @@ def raw_of_numbers(given: Rows, w: int, learner: int, form: Form, row: Array) ->
 def raw_of_choice(
     given: Int64[Array, "worlds learners"], w: int, learner: int, form: Form, row: Array
 ) -> None:
-    """Write what the layers take, of an action that is a choice."""
+    """Write the layer inputs of a discrete action."""
     for k in range(row.shape[0]):
         row[k] = form[0][given[w, learner], k]
 
 
 def convert(given: Rows, form: Form, raw: Rows, which: Span) -> None:
-    """Write what the layers take, of actions as a policy gives them."""
+    """Write the layer inputs of the actions of a policy."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for learner in range(lane(), raw.shape[1], lanes()):
             write_raw(given, w, learner, form, raw[w, learner])
@@ -111,7 +110,7 @@ def check_numbers(
     w: int,
     n_learners: int,
 ) -> None:
-    """Note a world in which a number of an action is not within its bounds; NaN is not."""
+    """Note REFUSED for a world in which an action is NaN or out of bounds."""
     low, high = bounds
     for learner in range(lane(), n_learners, lanes()):
         for k in range(given.shape[2]):
@@ -127,7 +126,7 @@ def check_choices(
     w: int,
     n_learners: int,
 ) -> None:
-    """Note a world in which there is no such choice."""
+    """Note REFUSED for a world in which an action is not the index of a choice."""
     for learner in range(lane(), n_learners, lanes()):
         if not 0 <= given[w, learner] < n_choices:
             note(trouble, w, REFUSED, 0)
@@ -135,7 +134,7 @@ def check_choices(
 
 @inlined
 def no_potential(robot: object, world: object) -> float:
-    """The potential of a task without one."""
+    """Return 0, the potential without shaping."""
     return 0.0
 
 
@@ -148,7 +147,7 @@ def act_in_world(
     learners: Int64[Array, " learners"],
     n_robots: int,
 ) -> int:
-    """Check the actions of the learners of a world and hand them over; how the world goes on."""
+    """Check the actions of a world's learners and write them; return the mode of the world."""
     robots, worlds, trouble = state
     fields, _, given, form, raw, limits = acting
     potentials, terms, earned = crediting
@@ -168,7 +167,7 @@ def act_in_world(
 
 
 def act(state: State, acting: Acting, crediting: Crediting, which: Span) -> None:
-    """Hand the actions of the learners to their layers; nothing has been earned since."""
+    """Write the actions of the learners to their layers, and set the earned rewards to zero."""
     last = which[1]
     for each in range(first_world(which[0]), end_world(last)):
         w = min(each, last - 1)
@@ -186,9 +185,9 @@ def settle_in_world(
     learners: Int64[Array, " learners"],
     n_robots: int,
 ) -> None:
-    """Write what every learner is given, its own or its team's mean: unshaped, then shaped.
+    """Write the reward of every learner, its own or the team's mean: unshaped, then shaped.
 
-    What is earned with shaping is written in the place of the potentials before the ticks.
+    The shaped rewards of the robots overwrite the potentials before the ticks.
     """
     robots, worlds, _ = state
     potentials, (discount, weight, is_team), earned = crediting
@@ -210,7 +209,7 @@ def settle(
     out: Float64[Array, "2 worlds learners"],
     which: Span,
 ) -> None:
-    """Write what every learner is given after the ticks of a decision."""
+    """Write the rewards of every learner after the ticks of a decision."""
     last = which[1]
     for each in range(first_world(which[0]), end_world(last)):
         w = min(each, last - 1)
@@ -228,9 +227,9 @@ def stop_at_exchanges(  # noqa: PLR0913 what is read, and what is written
     ticks: Int64[Array, " worlds"],
     which: Span,
 ) -> None:
-    """Let the worlds stand whose time is up, or in which a learner has just ended an exchange.
+    """Stop the worlds whose episode is over, or in which a learner has just ended an exchange.
 
-    `ticks` is how many each world has behind it.
+    The elapsed ticks of each world are written to `ticks`.
     """
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         n_learners = learners.shape[0] if modes[w] == RUNS else 0
@@ -247,7 +246,7 @@ def write_acts(
     out: Float64[Array, "worlds learners"],
     which: Span,
 ) -> None:
-    """Write 1 for a learner whose next action counts, as it has just ended an exchange; else 0."""
+    """Write 1 for each learner that has just ended an exchange and acts next, else 0."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for learner in range(lane(), out.shape[1], lanes()):
             out[w, learner] = minds[w, learners[learner]].exchange.is_valid
@@ -262,11 +261,11 @@ def observe(  # noqa: PLR0913 what is read, and what is written
     rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
     which: Span,
 ) -> None:
-    """Write what every learner observes.
+    """Write the observations of every learner.
 
-    `rows` are where its numbers go, the frames that are kept, and where these go with the new one.
-    `beside` are the additions by name, the share of the episode that is left, and the last actions,
-    which are forgotten in a world that BEGINS. A world that RUNS adds to its frames, one that
+    `rows` are the single observations, the stacks kept between calls, and the stacked observations.
+    `beside` are the named additions, the remaining share of the episode, and the last actions,
+    which a world that BEGINS sets to zero. A world that RUNS appends to its stacks, one that
     STANDS keeps them.
     """
     additions, time_left, raw = beside
@@ -285,7 +284,7 @@ def observe_in_world(  # noqa: PLR0913 what is read, what is written, and where
     rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
     w: int,
 ) -> None:
-    """Write what every learner of a world observes, as `observe` says of each."""
+    """Write the observations of every learner of one world, as `observe` does."""
     additions, time_left, raw = beside
     seen, kept, out = rows
     read_fields(fields, w, learners, seen[w])
@@ -310,9 +309,9 @@ def update_frames(
     mode: int,
     out: Float32[Array, " all"],
 ) -> None:
-    """Write the last observations of a learner, the oldest first.
+    """Write the stacked observations of a learner, the oldest first.
 
-    The observation joins them if the mode is RUNS, and is all of them if it is BEGINS.
+    RUNS appends the observation; BEGINS fills the whole stack with it.
     """
     n_frames, n = kept.shape
     for frame in range(n_frames):
@@ -326,9 +325,9 @@ def update_frames(
 
 @inlined
 def write_direction(row: Float32[Array, " numbers"], at: int, to: int, has_walk: bool) -> None:
-    """Write the unit vector of the two numbers from `at` on.
+    """Write the unit vector of the two features at index `at` to index `to`.
 
-    Without a direction the course of the walk stays, if it stands there, or zeros are written.
+    For a zero vector, keep the direction of the random walk if `has_walk`, else write zeros.
     """
     x, y = row[at], row[at + 1]
     size = hypot(x, y)
@@ -342,7 +341,7 @@ def write_direction(row: Float32[Array, " numbers"], at: int, to: int, has_walk:
 def normalise_row(
     row: Float32[Array, " numbers"], bound: Float32[Array, " numbers"], squashes: Array
 ) -> None:
-    """Divide by the bound, or squash by the scale, in place."""
+    """Normalise in place: divide each feature by its bound, or squash it with its scale."""
     for k in range(row.shape[0]):
         if squashes[k]:
             row[k] = row[k] / (abs(row[k]) + bound[k])
@@ -358,7 +357,7 @@ def write_log(
     out: Float64[Array, "worlds learners infos"],
     which: Span,
 ) -> None:
-    """Write what is logged of each learner, and 0 where nothing is."""
+    """Write the logged values of each learner; those that are not logged are 0."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for learner in range(lane(), out.shape[1], lanes()):
             i, row = learners[learner], out[w, learner]

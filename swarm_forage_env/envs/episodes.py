@@ -1,4 +1,4 @@
-"""Episodes of a block of worlds: their seeds, their numbers, and when each ends."""
+"""Episodes of a block of worlds: seeds, randomised parameters and lengths."""
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
@@ -22,13 +22,13 @@ from swarm_forage_env.randomise import Randomisation
 from swarm_forage_env.task import chosen_worlds
 
 Seeds = int | Sequence[int | None] | None
-"""One seed, for worlds seed, seed + 1 and so on; or one for each world."""
+"""One seed, so that the worlds take seed, seed + 1 and so on; or one seed for each world."""
 
 LASTING = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.slots"})
-"""Numbers of a scenario that are those of an environment, not of an episode."""
+"""Scenario parameters that are fixed for an environment and cannot differ between episodes."""
 
 TESTED_OPTION = "options"
-"""The option that PettingZoo's tests pass to every environment: it is ignored."""
+"""Option that PettingZoo's tests pass to every environment; it is ignored."""
 
 OPTION = "scenario parameter for an episode"
 
@@ -36,7 +36,7 @@ NOT_BEGUN = "the episode has not begun: call reset() first"
 
 
 class Episodes:
-    """The episode that each world of a loop is in."""
+    """Current episode of each world of a loop."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Episodes:
         randomisation: Randomisation,
         check_bounds: Callable[[BaseScenario], None],
     ) -> None:
-        """`check_bounds` refuses options under which observations leave their space."""
+        """`check_bounds` refuses options with which observations would leave their space."""
         self._loop, self._scenario = loop, randomisation.scenario
         self._randomisation, self._check_bounds = randomisation, check_bounds
         for name in LASTING.intersection(randomisation.ranges):
@@ -53,55 +53,55 @@ class Episodes:
         self.drawn: dict[str, Float64[Array, " worlds"]] = {
             name: np.zeros(n_worlds) for name in randomisation.ranges
         }
-        """The number of each world's episode that was drawn, by name."""
+        """Randomised parameters of each world's episode, by name."""
         self.streams: UInt64[Array, "worlds 4"] = np.zeros((n_worlds, 4), np.uint64)
-        """Of the seeds of each world's episodes for which none is given: as `pcg64` has them."""
+        """Random stream of each world, in the format of `pcg64`, for seeds that are not given."""
         self._roots: UInt64[Array, " worlds"] = np.zeros(n_worlds, np.uint64)
         self.steps: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
-        """Decisions in each world since its episode began."""
+        """Decisions (with `step_on="exchange"` ticks) since the episode of each world began."""
         self.ends: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
-        """Decisions after which its episode ends; 0 before the first one."""
+        """Value of `steps` at which each episode ends; 0 before the first episode."""
         self.is_ahead = False
-        """Streams or decisions were set, of which a GPU that counts them itself knows nothing."""
+        """Whether streams or counts were changed on the CPU and not yet copied to the GPU."""
         self._is_other = np.zeros(n_worlds, np.bool_)
         self.seed([None] * n_worlds)
 
     @property
     def generators(self) -> list[np.random.Generator]:
-        """Copies of the streams, as generators of NumPy that draw the same."""
+        """Copies of the streams as NumPy generators that draw the same values."""
         return [*map(generator_of, self._roots.tolist(), self.streams)]
 
     def drawn_in(self, world: int) -> dict[str, float]:
-        """The numbers of a world's episode that were drawn, by name."""
+        """Return the randomised parameters of a world's episode, by name."""
         return {name: float(each[world]) for name, each in self.drawn.items()}
 
     @property
     def is_over(self) -> Bool[Array, " worlds"]:
-        """The episode of each world has ended: it must be reset."""
+        """Whether the episode of each world has ended, so that it must be reset."""
         return np.asarray((self.ends > 0) & (self.steps >= self.ends))
 
     @property
     def share_gone(self) -> Float64[Array, " worlds"]:
-        """Share of the episode that each world has behind it."""
+        """Elapsed share of the episode of each world."""
         return np.asarray(np.minimum(self.steps / np.maximum(self.ends, 1), 1.0))
 
     @property
     def share_left(self) -> Float64[Array, " worlds"]:
-        """Share of the episode that each world has before it."""
+        """Remaining share of the episode of each world."""
         return np.asarray(1.0 - self.share_gone)
 
     @property
     def has_begun(self) -> bool:
-        """The episode of some world has begun."""
+        """Whether the episode of any world has begun."""
         return bool(self.ends.any())
 
     def check_begun(self) -> None:
-        """ResetNeeded if no episode has begun."""
+        """Raise ResetNeeded if no episode has begun."""
         if not self.has_begun:
             raise ResetNeeded(NOT_BEGUN)
 
     def check_running(self, limit: int = MAX_TICKS) -> None:
-        """ResetNeeded if a world's episode has not begun, or has ended, by itself or at a limit."""
+        """Raise ResetNeeded if an episode has not begun, has ended or has reached the limit."""
         is_over = self.steps >= np.minimum(self.ends, limit)
         if not is_over.any():
             return
@@ -116,7 +116,7 @@ class Episodes:
     def begin(
         self, seed: Seeds, worlds: object, options: Mapping[str, object], n_steps: int
     ) -> Int64[Array, " chosen"]:
-        """Reset worlds for `n_steps` decisions; their indices. ConfigError before any change."""
+        """Reset worlds for `n_steps` decisions; return their indices. ConfigError changes none."""
         chosen = chosen_worlds(worlds, len(self.ends))
         seeds = checked_seeds(seed, len(chosen))
         base = self.scenario_under(options)
@@ -127,11 +127,11 @@ class Episodes:
 
     @property
     def are_alike(self) -> bool:
-        """Every next episode has the numbers of the one before it, and only another seed."""
+        """Whether successive episodes differ in their seeds only."""
         return not self.drawn and not self._is_other.any()
 
     def follow_on(self, n_steps: int) -> Bool[Array, " worlds"]:
-        """Count the episodes that a GPU has begun where one was over; returns where."""
+        """Count the episodes that a GPU has begun; return the worlds where one was over."""
         over = self.is_over
         which = np.flatnonzero(over)
         draw_seeds(which, self.streams, np.zeros(len(which), np.uint64))
@@ -139,24 +139,24 @@ class Episodes:
         return over
 
     def seed(self, seeds: Sequence[int | None]) -> None:
-        """Start the stream of each world's seeds: of None with a seed that nobody knows."""
+        """Start the seed stream of each world; None: from entropy of the operating system."""
         if None in seeds:
             unknown = np.random.SeedSequence().generate_state(len(seeds), np.uint64).tolist()
             seeds = [new if own is None else own for own, new in zip(seeds, unknown, strict=True)]
         self._start(np.asarray(seeds, np.uint64), np.arange(len(seeds)))
 
     def stagger(self) -> None:
-        """Let the episodes that have begun end one after the other, evenly spread over the time."""
+        """Spread the ends of the current episodes evenly over their length."""
         share = np.arange(1, len(self.ends) + 1) / len(self.ends)
         self.ends[:] = np.ceil(share * self.ends)
         self.is_ahead = True
 
     def snapshot(self) -> object:
-        """What a later `restore` needs."""
+        """Return a copy of the state, for `restore`."""
         return deepcopy((self.drawn, self._numbers))
 
     def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken."""
+        """Continue from a snapshot."""
         self.drawn, numbers = deepcopy(parts_of(snapshot, 2))
         for here, saved in zip(self._numbers, numbers, strict=True):
             here[...] = saved
@@ -167,7 +167,7 @@ class Episodes:
         return self.streams, self._roots, self.steps, self.ends, self._is_other
 
     def scenario_under(self, options: Mapping[str, object]) -> BaseScenario:
-        """The scenario of an episode under some options; ConfigError for what does not fit it."""
+        """Return the scenario of an episode with these options; ConfigError if one does not fit."""
         numbers = {name: value for name, value in options.items() if name != TESTED_OPTION}
         known = leaves(self._scenario.model_dump()) if numbers else {}
         for name in numbers:
@@ -217,7 +217,7 @@ class Episodes:
 
 
 def checked_options(options: object) -> Mapping[str, object]:
-    """Options of a reset; ConfigError unless they are a mapping by name."""
+    """Return the options of a reset; ConfigError unless they are a mapping by name."""
     if options is None:
         return {}
     if isinstance(options, Mapping) and all(isinstance(name, str) for name in options):
@@ -229,14 +229,14 @@ def checked_options(options: object) -> Mapping[str, object]:
 
 
 def parts_of(snapshot: object, n_parts: int) -> tuple[Any, ...]:
-    """The parts of a snapshot; ConfigError for what is none."""
+    """Return the parts of a snapshot; ConfigError if it is not a tuple of `n_parts`."""
     if isinstance(snapshot, tuple) and len(snapshot) == n_parts:
         return snapshot
     raise ConfigError("restore(): must be given what snapshot() of such an environment gave")
 
 
 def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
-    """A checked seed or None for each of n worlds, before anything is changed."""
+    """Return a checked seed or None for each of n worlds; ConfigError for an invalid seed."""
     if seed is None:
         return [None] * n
     is_single = isinstance(seed, np.ndarray) and seed.ndim == 0

@@ -1,6 +1,6 @@
-"""Additions to what the learned layer is shown: what an observation is, and the named ones.
+"""Additional observations: the protocol of user-defined ones, and those with a name.
 
-Those by name are written by `write_additions`, for one robot, on a CPU and a GPU.
+`write_additions` writes the named ones, for one robot, on a CPU or a GPU.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,29 +19,29 @@ from swarm_forage_env.spaces import Feature, Layout
 
 @dataclass(frozen=True)
 class ObservationContext:
-    """What an observation is written from: the records of a block of worlds as they stand."""
+    """Inputs of a user-defined observation: the current records of a block of worlds."""
 
     robots: Array
-    """The truth about every robot, worlds by robots, with what it senses and hears."""
+    """Records of the robots, shape (worlds, robots): ground truth, readings, received messages."""
     worlds: Array
-    """Clock and numbers of every world."""
+    """Records of the worlds: clock and parameters."""
     minds: Array | None
-    """What the estimators keep, worlds by robots; None where no hand-written estimator runs."""
+    """States of the estimators, shape (worlds, robots); None if no hand-written estimator runs."""
     time_left: Float64[Array, " worlds"]
-    """Share of the episode that is left."""
+    """Remaining share of the episode."""
     last_action: Float32[Array, "worlds robots numbers"]
-    """What the layers took last; zeros before it, and for robots that do not learn."""
+    """Last layer inputs; zeros before the first action and for robots that do not learn."""
     streams: UInt64[Array, "worlds robots"]
-    """A random stream of each robot, for observations alone; it begins with the episode."""
+    """Random stream of each robot for observations only; it restarts with each episode."""
     is_observed: Bool[Array, " worlds"]
-    """The worlds that are observed now; in the others no stream goes on."""
+    """Whether each world is observed now; the streams of the other worlds do not advance."""
 
     def normal(self, n: int) -> Float64[Array, "worlds robots n"]:
-        """Standard normal numbers: the same seed, the same numbers. Zeros where nobody observes."""
+        """Draw standard normal values, fixed by the seed; zeros in worlds not observed."""
         return self._drawn(n, is_normal=True)
 
     def uniform(self, n: int) -> Float64[Array, "worlds robots n"]:
-        """Numbers in [0, 1), as `normal`."""
+        """Draw uniform values in [0, 1), otherwise as `normal`."""
         return self._drawn(n, is_normal=False)
 
     def _drawn(self, n: int, is_normal: bool) -> Float64[Array, "worlds robots n"]:
@@ -53,19 +53,19 @@ class ObservationContext:
 
 @runtime_checkable
 class Observation(Protocol):
-    """Some features of every robot."""
+    """User-defined observation: some features of every robot."""
 
     def features(self, scenario: BaseScenario, agents: Sequence[str]) -> Sequence[Feature]:
-        """What each number is, in a scenario with these robots."""
+        """Return the features in a scenario with these robots."""
 
     def write(
         self, context: ObservationContext, out: Float32[Array, "worlds robots numbers"]
     ) -> None:
-        """Write the numbers of every robot."""
+        """Write the features of every robot to `out`."""
 
 
 TIME_LEFT, ROBOT_ID, ONE_HOT, PREVIOUS_ACTION = range(4)
-"""Which addition an addition by name is."""
+"""Kinds of named additions."""
 
 
 @inlined
@@ -77,7 +77,7 @@ def write_additions(
     last_action: Float32[Array, " numbers"],
     row: Float32[Array, " numbers"],
 ) -> None:
-    """Write the additions of robot i: of each, which it is, and its first number in the row."""
+    """Write the additions of robot i, each given by its kind and its first index in the row."""
     for each in range(additions.shape[0]):
         which, out = additions[each, 0], row[additions[each, 1] :]
         if which == TIME_LEFT:
@@ -94,20 +94,20 @@ def write_additions(
 
 @dataclass(frozen=True)
 class RowObservation:
-    """An addition that `write_additions` writes."""
+    """Named addition, which `write_additions` writes."""
 
     which: int
     """TIME_LEFT, ROBOT_ID, ONE_HOT or PREVIOUS_ACTION."""
     features_of: Callable[[Sequence[str]], Sequence[Feature]]
-    """What each number is, in a world of these robots."""
+    """Returns the features in a world of these robots."""
 
     def features(self, scenario: object, agents: Sequence[str]) -> Sequence[Feature]:
-        """What each number is, in a scenario with these robots."""
+        """Return the features in a scenario with these robots."""
         return self.features_of(agents)
 
 
 OBSERVATIONS: Registry[RowObservation] = Registry("observation")
-"""Additions to what the learned layer is shown, by name."""
+"""Registry of additional observations by name."""
 
 OBSERVATIONS.register("time_left", "Share of the episode that is left, the same for all robots.")(
     RowObservation(TIME_LEFT, lambda agents: [Feature("time_left", "of the episode", 0.0, 1.0)])
@@ -123,7 +123,7 @@ OBSERVATIONS.register("one_hot", "One number for each robot; that of the robot i
 
 
 def previous_action(layout: Layout) -> RowObservation:
-    """What the layers took last from the policy, whose actions have this layout."""
+    """Return the addition of the last layer inputs, which have this layout."""
     features = [
         Feature(f"previous.{each.name}", each.unit, min(each.low, 0.0), each.high)
         for each in layout

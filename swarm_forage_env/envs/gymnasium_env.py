@@ -1,4 +1,4 @@
-"""The environment as Gymnasium wants it: `LearnerEnv`, `JointEnv`, `TupleEnv`."""
+"""Gymnasium environments: `LearnerEnv`, `JointEnv` and `TupleEnv`."""
 
 from collections.abc import Mapping, Sequence
 from copy import copy, deepcopy
@@ -23,14 +23,14 @@ from swarm_forage_env.rendering.viewer import check_render_mode
 METADATA: dict[str, object] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")
 }
-"""As of the PettingZoo environment."""
+"""Metadata shared with the PettingZoo environment."""
 
 
 class JointWorlds(ShownEnv):
     """W worlds; in each, the first robot or all robots learn.
 
-    A world is a row: the observations of its learners one after another, and so their actions,
-    unless `_action_shape` is set to another shape of the same numbers.
+    Each world is one row: the concatenated observations of its learners. So are their actions,
+    unless `_action_shape` sets another shape of the same size.
     """
 
     single_learner: ClassVar[bool] = False
@@ -56,7 +56,7 @@ class JointWorlds(ShownEnv):
         options: Mapping[str, object] | None = None,
         worlds: Sequence[int] | None = None,
     ) -> Float32[Array, "worlds numbers"]:
-        """Reset these worlds, or all, each to its seed. Returns what the learners observe."""
+        """Reset these worlds, or all, each to its seed, and return the observations."""
         observations, self._unshaped = self.array_env.reset(seeds, worlds, options)
         self._screen.follow()
         joined: Float32[Array, "worlds numbers"] = observations.reshape(len(observations), -1)
@@ -67,7 +67,7 @@ class JointWorlds(ShownEnv):
     ) -> tuple[
         Float32[Array, "worlds numbers"], Float64[Array, "worlds learners"], Bool[Array, " worlds"]
     ]:
-        """One decision period; a refused action leaves everything as it was."""
+        """Run one decision period; a refused action leaves the worlds unchanged."""
         self.array_env.episodes.check_begun()
         rows = self.array_env.actions.rows(self._as_rows(actions))
         observations, rewards, _, truncated, self._unshaped = self.array_env.advance(rows)
@@ -75,11 +75,11 @@ class JointWorlds(ShownEnv):
         return observations.reshape(len(observations), -1), rewards, truncated
 
     def _joint(self, rewards: Float64[Array, "worlds learners"]) -> Float64[Array, " worlds"]:
-        """One reward for each world: the learners' sum, or for `team` what each of them gets."""
+        """Return one reward for each world: the sum over its learners, or the team's mean."""
         return rewards[:, 0].copy() if self._is_team_reward else rewards.sum(axis=1)
 
     def _joint_infos(self) -> dict[str, Float64[Array, " worlds"]]:
-        """What is logged: counts are summed over the learners of a world, the rest averaged."""
+        """Return the logged values: counts are summed over a world's learners, others averaged."""
         env = self.array_env
         log, counts = env.log(), env.truth.counts
         infos = {
@@ -91,7 +91,7 @@ class JointWorlds(ShownEnv):
         return infos
 
     def _frames(self) -> list[Frame | str | None]:
-        """The frame of each world; None where it is on the screen."""
+        """Return the frame of each world, or None if a window shows it."""
         self.array_env.episodes.check_begun()
         return self._screen.draw()
 
@@ -113,14 +113,14 @@ class JointWorlds(ShownEnv):
 
 
 def repeated(box: Box, times: int) -> Box:
-    """A Box that holds another one several times."""
+    """Return a Box that repeats another Box `times` times."""
     return Box(np.tile(box.low, times), np.tile(box.high, times), dtype=np.float32)
 
 
 def joint_actions(
     space: Box | Discrete[np.int64], n_learners: int
 ) -> Box | Discrete[np.int64] | MultiDiscrete:
-    """The space of the actions of all learners together: a Box, or a choice for each."""
+    """Return the joint action space: a Box, or one choice for each learner."""
     if isinstance(space, Box):
         return repeated(space, n_learners)
     return space if n_learners == 1 else MultiDiscrete([int(space.n)] * n_learners)
@@ -137,7 +137,7 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
 
     @property
     def spec(self) -> EnvSpec | None:
-        """What `gymnasium.make` made it of, and how long its episodes are."""
+        """Specification given by `gymnasium.make`; `max_episode_steps` is the episode length."""
         return self._spec
 
     @spec.setter
@@ -149,9 +149,9 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, object] | None = None
     ) -> tuple[Any, dict[str, object]]:
-        """Start an episode; a seed fixes it and all that follow without one."""
+        """Start an episode; a seed fixes it and all later ones that are started without a seed."""
         seed = None if seed is None else checked_seed(seed)
-        # refused before a seed is drawn:
+        # refuse invalid options before a seed is drawn:
         self.array_env.episodes.scenario_under(checked_options(options))
         super().reset(seed=seed)
         world_seed = drawn_seed(self.np_random) if seed is None else seed
@@ -159,7 +159,7 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
         return self._in_space(observation), self._info()
 
     def step(self, action: object) -> tuple[Any, Any, bool, bool, dict[str, object]]:
-        """One decision period; a refused action leaves everything as it was."""
+        """Run one decision period; a refused action leaves the worlds unchanged."""
         observations, rewards, truncated = self._advance([action])
         observation = self._in_space(observations[0])
         return observation, self._reward(rewards), False, bool(truncated[0]), self._info()
@@ -173,9 +173,9 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
         self.np_random = deepcopy(generator)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
-        """The frame of this moment as rows of red, green and blue; None where it is on the screen.
+        """Return the current frame as an RGB array (`ansi`: as text); None if a window shows it.
 
-        ConfigError where no `render_mode` was given, or no display is found for a window.
+        Raises ConfigError if no `render_mode` was given or a window finds no display.
         """
         return self._frames()[0]
 
@@ -192,9 +192,9 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
 class LearnerEnv(_SwarmEnv):
     """One robot learns among team-mates that keep the hand-written layers of `controller`.
 
-    The keywords are those of `parallel_env`. Observation, action, reward and info are the first
-    robot's; with `reward="team"` it gets the mean over the swarm, its team-mates included.
-    With `learn="everything"` the others do not understand it, and hear only where it is.
+    The keywords are those of `parallel_env`. Observation, action, reward and info are those of the
+    first robot; with `reward="team"` the reward is the mean over the swarm, team-mates included.
+    With `learn="everything"` the others receive its range and bearing, but not its messages.
 
     >>> env = LearnerEnv(scenario="near")
     >>> observation, info = env.reset(seed=0)
@@ -208,10 +208,10 @@ class LearnerEnv(_SwarmEnv):
 class JointEnv(_SwarmEnv):
     """One learner steers the whole swarm: all robots in one Box, one robot after another.
 
-    The keywords are those of `parallel_env`; `observation_layout` and `action_layout` say what
-    each number of one robot is. With `reward="own"` the reward is the sum over the robots, the
-    round trips of the step; with `reward="team"` it is their mean. In the info, counts are
-    summed over the robots and all else is averaged.
+    The keywords are those of `parallel_env`; `observation_layout` and `action_layout` describe the
+    features of one robot. With `reward="own"` the reward is the sum over the robots, the round
+    trips of the step; with `reward="team"` it is their mean. In the info, counts are summed over
+    the robots and other values are averaged.
 
     >>> JointEnv(scenario="near").action_space.shape  # speed and turn of five robots
     (10,)

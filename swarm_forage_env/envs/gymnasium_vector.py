@@ -1,4 +1,4 @@
-"""Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
+"""Gymnasium vector environments on one block of worlds: in each, one robot or all robots learn."""
 
 from collections.abc import Mapping
 from typing import Any, Unpack
@@ -17,10 +17,10 @@ VECTOR_METADATA: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMod
 
 
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
-    """Worlds side by side, equal to single environments, step for step and bit for bit.
+    """Worlds in parallel, equal to single environments step by step and bit for bit.
 
-    All episodes have the same length, so all worlds are truncated and reset together; where they
-    have not, as under `step_on="exchange"`, `autoreset_mode` must be DISABLED.
+    All episodes have the same length, so all worlds are truncated and reset together. If lengths
+    differ, as with `step_on="exchange"`, `autoreset_mode` must be DISABLED.
     """
 
     metadata: dict[str, object] = VECTOR_METADATA
@@ -35,9 +35,8 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     ) -> None:
         """Make the worlds; `reset` starts their episodes.
 
-        `max_episode_steps`, which `gymnasium.make_vec` hands on, ends episodes that `max_cycles`
-        or the scenario's time would let go on, as a TimeLimit does, which is not observed as
-        `time_left`; -1 is none.
+        `max_episode_steps`, as passed by `gymnasium.make_vec`, limits episodes like a TimeLimit
+        wrapper: the observation `time_left` does not depend on it. None or -1: no limit.
         """
         self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = checked_count("num_envs", num_envs)
@@ -63,10 +62,10 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     def reset(
         self, *, seed: Seeds = None, options: dict[str, object] | None = None
     ) -> tuple[Float32[Array, "worlds numbers"], dict[str, object]]:
-        """Reset every world; a seed fixes its episode and all that follow without one.
+        """Reset all worlds; a seed fixes an episode and all later ones started without a seed.
 
-        With the autoreset mode DISABLED `options["reset_mask"]` chooses some of them; the other
-        options are numbers of the scenario for these episodes.
+        With the autoreset mode DISABLED, `options["reset_mask"]` chooses the worlds; other options
+        are scenario parameters for these episodes.
         """
         numbers = dict(checked_options(options))
         chosen = self._chosen(numbers.pop("reset_mask", None))
@@ -82,11 +81,11 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         Bool[Array, " worlds"],
         dict[str, object],
     ]:
-        """One decision period; a refused action leaves everything as it was.
+        """Run one decision period; a refused action leaves the worlds unchanged.
 
-        After the end of the episodes NEXT_STEP takes the next call, whatever its actions, for a
-        reset; SAME_STEP has reset already, and shows what came last as `final_obs` and
-        `final_info`; DISABLED wants a call of reset().
+        When the episodes have ended, NEXT_STEP resets in the next call and ignores its actions;
+        SAME_STEP resets in the same call and returns the last results as `final_obs` and
+        `final_info`; DISABLED requires a call of reset().
         """
         never = np.zeros(self.num_envs, np.bool_)
         if self._mode is AutoresetMode.NEXT_STEP and self._over.any():
@@ -103,7 +102,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """The generator of each world's seeds, as of single environments side by side."""
+        """Generator of the seeds of each world, as in single environments."""
         return tuple(self.array_env.episodes.generators)
 
     @property
@@ -112,7 +111,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         return tuple(each.entropy for each in sequences)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
-        """A frame of each world, as rows of red, green and blue; ConfigError without a mode."""
+        """Return the RGB frame (`ansi`: text) of each world; ConfigError without a render mode."""
         return tuple(self._frames())
 
     def close_extras(self, **kwargs: object) -> None:
@@ -121,7 +120,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
 
     @property
     def _over(self) -> Bool[Array, " worlds"]:
-        """The worlds whose episodes have ended, by themselves or at `max_episode_steps`."""
+        """Whether the episode of each world has ended, by itself or at `max_episode_steps`."""
         env = self.array_env
         return np.asarray(env.is_over | (env.episodes.steps >= self.max_cycles))
 
@@ -144,13 +143,13 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         return self._masked(self._joint_infos())
 
     def _masked(self, infos: Mapping[str, object]) -> dict[str, object]:
-        """Infos and, as Gymnasium wants, who has each of them: every world."""
+        """Return the infos with Gymnasium's masks of the worlds that have them: all worlds."""
         has = {f"_{name}": np.ones(self.num_envs, np.bool_) for name in infos}
         return {**infos, **has}
 
 
 class LearnerVectorEnv(_SwarmVectorEnv):
-    """`LearnerEnv` side by side: in each world the first robot learns among team-mates.
+    """Vector of `LearnerEnv`: in each world the first robot learns among team-mates.
 
     >>> LearnerVectorEnv(num_envs=3, scenario="near").action_space.shape
     (3, 2)
@@ -160,7 +159,7 @@ class LearnerVectorEnv(_SwarmVectorEnv):
 
 
 class JointVectorEnv(_SwarmVectorEnv):
-    """`JointEnv` side by side: in each world one learner steers all robots.
+    """Vector of `JointEnv`: in each world one learner steers all robots.
 
     >>> JointVectorEnv(num_envs=3, scenario="near").action_space.shape
     (3, 10)

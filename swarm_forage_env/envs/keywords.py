@@ -1,8 +1,8 @@
-"""Keywords of environments for editors and type checkers, which refuse one that is misspelt.
+"""Types of the environment keywords, for editors and type checkers.
 
-`EnvConfig` validates the same keywords at run time, and takes names that packages of the user's own
-have registered: `learn=OwnName("cleaning")` says so to a type checker. Numbers of a scenario
-beside those here are keywords at run time too; `find_scenario` changes them under type checkers:
+`EnvConfig` validates the same keywords at run time. It also accepts names that other packages have
+registered; mark them for a type checker with `learn=OwnName("cleaning")`. All scenario parameters
+are keywords at run time, too; for type checkers, change the others with `find_scenario`:
 
     parallel_env(find_scenario("es1", {"radio.max_range": 0.2}), learn="weighting")
 """
@@ -15,7 +15,7 @@ from swarm_forage_env.envs.extra_observations import Observation
 from swarm_forage_env.scenarios import ScenarioSource
 
 OwnName = NewType("OwnName", str)
-"""A name that a package of the user's own has registered, or an older release had."""
+"""Name that another package has registered or an older release used."""
 
 Learn = Literal["motion", "weighting", "both", "everything"] | OwnName
 Action = Literal["drive", "course", "wheels", "pull", "drive-v1"] | OwnName
@@ -31,7 +31,7 @@ RenderMode = Literal["human", "rgb_array", "ansi"]
 
 
 class PolicyOptions(TypedDict, total=False):
-    """What a policy observes, and how its actions are read: `PolicyKeywords` but `learn`."""
+    """Keywords of the observation and action of a policy: `PolicyKeywords` without `learn`."""
 
     residual: float
     action: Action | None
@@ -46,7 +46,7 @@ class PolicyOptions(TypedDict, total=False):
 
 
 class OtherOptions(PolicyOptions, total=False):
-    """The fields of `EnvConfig` but `learn`, and the numbers that every scenario has."""
+    """Fields of `EnvConfig` except `learn`, and the parameters that every scenario has."""
 
     learners: int | str | Sequence[int | str] | None
     reward: Reward
@@ -63,15 +63,15 @@ class OtherOptions(PolicyOptions, total=False):
 
 
 class EnvOptions(OtherOptions, total=False):
-    """The fields of `EnvConfig`, and the numbers that every scenario has."""
+    """Fields of `EnvConfig`, and the parameters that every scenario has."""
 
     learn: Learn
 
 
 class SingleEnvOptions(EnvOptions, total=False):
-    """All keywords of `parallel_env`, of the environments of Gymnasium and of RLlib.
+    """All keywords of `parallel_env` and of the environments for Gymnasium and RLlib.
 
-    For calls that take any keyword: `gymnasium.make(id, **SingleEnvOptions(learn="weighting"))`.
+    For calls that accept any keyword: `gymnasium.make(id, **SingleEnvOptions(learn="weighting"))`.
     """
 
     scenario: ScenarioSource

@@ -1,8 +1,8 @@
-"""From keywords to parts: every API in this folder has its keywords read and checked here.
+"""Checks of keywords, the parts of an environment, and the record of how it was made.
 
-And how an environment was made, as JSON on its space of observations. Trainers keep the spaces that
-they train on, as stable-baselines3 in `model.save("model.zip")`, whichever wrapper the environment
-was in: so a model can be run under the keywords of its training (`training.policy_card`).
+The record is JSON on the observation space. Trainers save the spaces that they train on, as
+stable-baselines3 does in `model.save("model.zip")`, through all wrappers: a saved model can be run
+under the keywords of its training (`training.policy_card`).
 """
 
 import json
@@ -25,20 +25,20 @@ from swarm_forage_env.task import Task, task_of
 
 @dataclass(frozen=True)
 class EnvParts:
-    """What an environment is made of."""
+    """Parts of an environment."""
 
     form: PolicyForm
-    """Its scenario and keywords, and what a policy observes and gives."""
+    """Scenario, keywords, and the observation and action of a policy."""
     controller: Controller
 
 
 def checked_parts(
     scenario: ScenarioSource, controller: Controllers | None, options: Mapping[str, object]
 ) -> EnvParts:
-    """The parts that the keywords of `parallel_env` name.
+    """Return the parts of an environment with these keywords of `parallel_env`.
 
-    `options` are the fields of `EnvConfig` and changes of single numbers of the scenario.
-    UnknownNameError or ConfigError for what cannot be used.
+    `options` are fields of `EnvConfig` and overrides of scenario parameters. Raises
+    UnknownNameError or ConfigError for invalid keywords.
     """
     own = {name: options[name] for name in EnvConfig.model_fields if name in options}
     config = validated(EnvConfig, own)
@@ -61,7 +61,7 @@ def checked_parts(
 
 
 def _check_keywords(config: EnvConfig, task: Task) -> None:
-    """ConfigError or UnknownNameError for keywords that do not go with each other."""
+    """Raise ConfigError or UnknownNameError for unknown or conflicting keywords."""
     if isinstance(config.reward, str) and config.reward not in REWARDS:
         raise UnknownNameError("reward", config.reward, REWARDS)
     if config.residual and not task.residuals:
@@ -89,7 +89,7 @@ def _check_shaping(weight: float, scenario: BaseScenario, task: Task) -> None:
 def _beside_everything(
     controller: Controller, is_given: bool, form: PolicyForm, learners: Sequence[int]
 ) -> Controller:
-    """What runs the swarm where some robots learn everything: the given controller all others."""
+    """Return the controller of a swarm where learners replace `controller` entirely."""
     policy, n_robots = form.task.raw_control, len(form.agents)
     assert policy is not None
     if len(learners) < n_robots:
@@ -119,7 +119,7 @@ def _check_leaves_a_layer(
 
 
 def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> BaseScenario:
-    """The scenario with its overrides; UnknownNameError for what is no keyword and no number."""
+    """Return the scenario with overrides; UnknownNameError for an unknown keyword or parameter."""
     if "render_mode" in overrides:
         raise ConfigError(
             f"render_mode={shown(overrides['render_mode'])}: this API draws nothing under it; take"
@@ -138,14 +138,14 @@ def _refuse(controller: Controller, why: str) -> NoReturn:
 
 
 ON_SPACE = "policy_card"
-"""Attribute of an observation space that holds how the environment was made."""
+"""Attribute of an observation space that holds the record of how the environment was made."""
 
 WITH_ARGUMENTS = "(...)"
-"""What follows the class of an observation that was given as an instance of its own state."""
+"""Suffix of the class of an observation that was given as an instance with arguments."""
 
 
 def made_with(form: PolicyForm, controller: Controller) -> str:
-    """Scenario, controller, keywords of the policy and what it observes, as JSON."""
+    """Return scenario, controller, policy keywords and observed features as JSON."""
     keywords = {name: getattr(form.config, name) for name in PolicyKeywords.model_fields}
     keywords["observation"] = observation_name(form.config.observation)
     record = {
@@ -159,7 +159,7 @@ def made_with(form: PolicyForm, controller: Controller) -> str:
 
 
 def observation_name(observation: object) -> str:
-    """What is observed, as in the name of a policy: `layer+module:Class`."""
+    """Return the observation as written in the name of a policy: `layer+module:Class`."""
     listed = observation if isinstance(observation, list | tuple) else [observation]
     return "+".join(each if isinstance(each, str) else _path(each) for each in listed)
 
@@ -171,15 +171,15 @@ def _path(observation: object) -> str:
 
 
 def _is_as_made(observation: object) -> bool:
-    """Its class makes the same without arguments."""
+    """Return whether the class without arguments makes an equal instance."""
     try:
         return bool(type(observation)().__getstate__() == observation.__getstate__())
-    except Exception:  # it needs arguments, or holds what cannot be compared
+    except Exception:  # the class needs arguments, or the state cannot be compared
         return False
 
 
 def name_and_changes(controller: Controller) -> str:
-    """A controller as its name, and the layers and parameters that differ from those of it."""
+    """Return the name of a controller, with the layers and parameters that differ from it."""
     name = controller.name
     if name not in CONTROLLERS or not hasattr(controller, "parameters"):
         return name

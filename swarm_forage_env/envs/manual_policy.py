@@ -8,11 +8,11 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 DRIVEN = ("drive.speed", "drive.strength")
-"""First numbers of the actions that arrows can give: of robots that forage, or visit waypoints."""
+"""First feature of actions that arrow keys can give: of foraging and of waypoint robots."""
 
 
 class ManualPolicy:
-    """The arrow keys drive one robot: up ahead, left and right turn.
+    """Policy that drives one robot with the arrow keys: up drives ahead, left and right turn.
 
         env = swarm_forage_v2.env("es1", render_mode="human", decision_period=1)
         env.reset(seed=0)
@@ -27,7 +27,7 @@ class ManualPolicy:
                 action = env.action_space(agent).sample()
             env.step(action)
 
-    An arrow counts for as long as it is held; the other keys of the window do what they do.
+    An arrow key takes effect while it is held; the other keys of the window keep their functions.
     """
 
     def __init__(self, env: Any, agent_id: int = 0) -> None:  # noqa: ANN401 of either API, wrapped
@@ -48,22 +48,22 @@ class ManualPolicy:
         self._window.drive(int(self.agent.rpartition("_")[2]))
 
     def __call__(self, observation: object, agent: str) -> Float32[Array, "2"]:
-        """The action of the keys held now; UnknownNameError for another agent."""
+        """Return the action of the keys held now; UnknownNameError for another agent."""
         if agent != self.agent:
             raise UnknownNameError("agent driven by hand", agent, [self.agent])
         return action_of(self._window.arrows, self._names)
 
     @property
     def available_agents(self) -> dict[str, int]:
-        """The number of each agent that can be driven."""
+        """Index of each agent that can be driven."""
         return {agent: k for k, agent in enumerate(self.env.unwrapped.possible_agents)}
 
 
 def action_of(arrows: tuple[bool, bool, bool], names: tuple[str, ...]) -> Float32[Array, "2"]:
-    """The action of the arrows up, left and right that are held, for these action features.
+    """Return the action of the arrow keys (up, left, right) for these action features.
 
-    A robot that forages turns on the spot without up, and stands without any. One that visits
-    waypoints never stands: it goes on straight without any, and turns as it speeds up.
+    A foraging robot turns on the spot without up, and stops without any key. A waypoint robot
+    never stops: it drives straight without any key, and speeds up when it turns.
     """
     ahead, left, right = arrows
     turn = float(left) - float(right)

@@ -1,4 +1,4 @@
-"""What a notebook shows of an environment: a picture of this moment, and a table."""
+"""HTML of an environment for notebooks: a picture of the current state, and a table."""
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def title_of(env: "ArrayEnv") -> str:
-    """What moves the robots, as the title of a picture says it: a controller, or several."""
+    """Return the title of a picture: the controllers, and the layer of the policy."""
     controller, learn = env.made_beside, env.config.learn
     if learn == "everything":
         return "policy"
@@ -27,7 +27,7 @@ def title_of(env: "ArrayEnv") -> str:
 
 
 def html_of(env: "ArrayEnv", kind: str) -> str:
-    """The HTML of an environment of some API: a picture of the first world, and a table."""
+    """Return the HTML of an environment: a picture of the first world, and a table."""
     config, world, moved_by = env.config, env.world, title_of(env)
     learners = len(env.learners)
     facts = [
@@ -46,7 +46,7 @@ def html_of(env: "ArrayEnv", kind: str) -> str:
 
 
 def _picture(env: "ArrayEnv", moved_by: str) -> str:
-    """The first world as it stands; nothing where it cannot be drawn, or has not begun."""
+    """Return a picture of the first world; empty if it cannot be drawn or has not begun."""
     if not env.episodes.has_begun or env.task.scene is None or find_spec("pygame") is None:
         return ""
     frame = Viewer(stage_of(env.world.scenario, moved_by), "rgb_array").draw(env.loop.scene(0))

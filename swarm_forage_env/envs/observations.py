@@ -1,7 +1,7 @@
-"""Observations: what the learned layer is shown, additions to it, and ones of the user's own.
+"""Observations: the inputs of the learned layer, named additions, and user-defined ones.
 
-An observation of the user's own is a class that names its features and writes them, in SI units,
-from the records of a block of worlds:
+A user-defined observation is a class that names its features and writes them, in SI units, from the
+records of a block of worlds:
 
     class Heading:
         def features(self, scenario, agents):
@@ -10,7 +10,7 @@ from the records of a block of worlds:
         def write(self, context, out):
             out[:, :, 0] = context.robots["pose"][:, :, 2]
 
-`parallel_env("es1", observation=["layer", Heading])` shows it beside what the layer sees.
+`parallel_env("es1", observation=["layer", Heading])` appends it to the inputs of the layer.
 """
 
 from collections.abc import Sequence
@@ -33,16 +33,16 @@ from swarm_forage_env.registry import left_out
 from swarm_forage_env.spaces import Feature, Layout
 
 LAYER = "layer"
-"""The name of what the learned layer is shown."""
+"""Name of the observation that holds the inputs of the learned layer."""
 
 PREVIOUS = "previous_action"
 
 Addition = Observation | RowObservation
-"""What is observed beside the layer: by name, or a class of the user's own."""
+"""Addition to the inputs of the layer: a named or a user-defined one."""
 
 
 def added(observation: object, policy: PolicyInterface) -> tuple[bool, list[Addition]]:
-    """Whether what the layer sees is shown, and what beside it; ConfigError for what is none."""
+    """Return whether the layer's inputs are observed, and the additions; ConfigError if invalid."""
     wanted = list(observation) if isinstance(observation, list | tuple) else [observation]
     if not wanted:
         raise ConfigError("observation=[]: must name something; leave it out for the layer's own")
@@ -71,7 +71,7 @@ def _own(observation: object) -> Observation:
 
 
 def normalised(layout: Layout) -> Layout:
-    """The same features as shares of their typical sizes, within [-1, 1]."""
+    """Return the layout of the same features, normalised to [-1, 1]."""
     return Layout(
         Feature(each.name, _unit_of(each), -1.0 if each.low < 0.0 else 0.0, 1.0, each.noise)
         for each in layout
@@ -85,10 +85,10 @@ def _unit_of(feature: Feature) -> str:
 
 
 def typical_sizes(layout: Layout) -> tuple[Float32[Array, " numbers"], Bool[Array, " numbers"]]:
-    """The typical size of each number, and which of them are squashed into [-1, 1].
+    """Return the typical size of each feature, and whether it is squashed into [-1, 1].
 
-    x / (|x| + s)       of typical size s
-    x / b               within bounds of +- b that are typical themselves
+    x / (|x| + s)       with the typical size s
+    x / b               with bounds of +- b as the typical size
     """
     for each in layout:
         if each.scale is None and not 0.0 < each.bound < np.inf:
@@ -104,13 +104,13 @@ def typical_sizes(layout: Layout) -> tuple[Float32[Array, " numbers"], Bool[Arra
 def normalise_rows(
     rows: Float32[Array, "rows numbers"], bound: Float32[Array, " numbers"], squashes: Array
 ) -> None:
-    """Normalise every row."""
+    """Normalise every row in place."""
     for i in range(rows.shape[0]):
         normalise_row(rows[i], bound, squashes)
 
 
 def stacked(layout: Layout, n: int) -> Layout:
-    """The layout of the last n observations, the oldest first."""
+    """Return the layout of n stacked observations, the oldest first."""
     if n == 1:
         return layout
     ages = [f"{n - 1 - k} ago." if k < n - 1 else "" for k in range(n)]
@@ -122,7 +122,7 @@ def stacked(layout: Layout, n: int) -> Layout:
 
 
 def checked_features(part: Addition, scenario: BaseScenario, agents: Sequence[str]) -> Layout:
-    """What an addition says its numbers are; ConfigError for what are no features."""
+    """Return the features of an addition; ConfigError if they are no list of Feature."""
     items: object = part.features(scenario, agents)
     if not isinstance(items, Sequence) or not all(isinstance(each, Feature) for each in items):
         raise ConfigError(

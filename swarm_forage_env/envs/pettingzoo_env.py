@@ -1,4 +1,4 @@
-"""The environment as PettingZoo wants it: `parallel_env`, `raw_env`, `env`."""
+"""PettingZoo environments: `parallel_env`, `raw_env` and `env`."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Unpack
@@ -36,23 +36,23 @@ METADATA: dict[str, object] = {
     "is_parallelizable": True,
     "render_fps": 10,
 }
-"""Of the class; an environment says which render modes its scenario has."""
+"""Metadata of the class; an instance lists the render modes of its scenario."""
 
 
 class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
     """The PettingZoo environment: foraging e-pucks, or robots that visit waypoints.
 
-    A policy replaces the layers of `learn`, and `controller` runs the others. All robots act in
-    each step, nobody terminates, and after `max_cycles` steps all are truncated together.
+    A policy replaces the layers of `learn`, and `controller` runs the others. All agents act in
+    each step, no agent terminates, and after `max_cycles` steps all are truncated together.
     `observation_layout`, `action_layout` and `state_layout` describe each feature: print them.
 
     Parameters of the scenario are keywords, too, by dotted name:
-    `parallel_env("es1", **{"radio.max_range": 0.2})`, or, as type checkers want it,
+    `parallel_env("es1", **{"radio.max_range": 0.2})`, or, for type checkers,
     `parallel_env(find_scenario("es1", {"radio.max_range": 0.2}))`.
 
     With `residual` the policy corrects the hand-written motion instead of replacing it: its wheel
     speeds, times two, are added to that motion's at each tick of a decision period, except while
-    the robot talks. Zeros are the hand-written motion.
+    the robot talks. An action of zeros leaves that motion unchanged.
 
     >>> env = parallel_env("es1", learn="motion", max_cycles=5)
     >>> observations, infos = env.reset(seed=0)
@@ -92,13 +92,13 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
 
     @property
     def np_random(self) -> np.random.Generator:
-        """The generator of the seeds of episodes for which none is given."""
+        """Copy of the generator of the seeds of episodes that are started without a seed."""
         return self.array_env.episodes.generators[0]
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, object] | None = None
     ) -> tuple[Observations, Infos]:
-        """Start an episode; a seed fixes it and all that follow without one."""
+        """Start an episode; a seed fixes it and all later ones that are started without a seed."""
         seeds = None if seed is None else [checked_seed(seed)]
         (observations,), self._infos_of_step = self.array_env.reset(seeds, options=options)
         self.agents = self.possible_agents[:]
@@ -108,7 +108,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
     def step(
         self, actions: Mapping[str, object]
     ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
-        """One decision period; a refused action leaves everything as it was."""
+        """Run one decision period; a refused action leaves the world unchanged."""
         env = self.array_env
         env.episodes.check_running()
         step = env.advance(env.actions.matrix(actions))
@@ -126,36 +126,36 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         )
 
     def state(self) -> Float32[Array, " numbers"]:
-        """The truth and all beliefs, as `state_layout` says; for centralised critics."""
+        """Return the global state, as in `state_layout`: ground truth and beliefs, for critics."""
         self.array_env.episodes.check_begun()
         return np.asarray(self.array_env.state()[0])
 
     def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken, bit for bit."""
+        """Continue from a snapshot, bit for bit."""
         super().restore(snapshot)
         episodes = self.array_env.episodes
         runs = episodes.has_begun and not episodes.is_over[0]
         self.agents = self.possible_agents[:] if runs else []
 
     def observation_space(self, agent: str) -> Space[Any]:
-        """The space of an agent's observations, the same object each time."""
+        """Return the observation space of an agent, the same object each time."""
         return self._space_of(agent, self.observation_spaces)
 
     def action_space(self, agent: str) -> Space[Any]:
-        """The space of an agent's actions, the same object each time."""
+        """Return the action space of an agent, the same object each time."""
         return self._space_of(agent, self.action_spaces)
 
     def render(self) -> Frame | str | None:
-        """The frame of this moment as rows of red, green and blue; None where it is on the screen.
+        """Return the current frame as an RGB array (`ansi`: as text); None if a window shows it.
 
-        ConfigError where no `render_mode` was given, or no display is found for a window.
+        Raises ConfigError if no `render_mode` was given or a window finds no display.
         """
         self.array_env.episodes.check_begun()
         return self._screen.draw()[0]
 
     @property
     def window(self) -> "Window | None":
-        """The window under `render_mode="human"`, else None; `ManualPolicy` asks it for keys."""
+        """Window if `render_mode="human"`, else None; `ManualPolicy` reads its keys."""
         return self._screen.window
 
     def _space_of(self, agent: object, spaces: Mapping[str, Space[Any]]) -> Space[Any]:
@@ -183,7 +183,7 @@ def raw_env(
     render_mode: RenderMode | None = None,
     **options: Unpack[EnvOptions],
 ) -> AECEnv:
-    """The environment with agents acting in turn, as bare as `parallel_env`."""
+    """Return the AEC environment, in which agents act in turn, without wrappers."""
     bare = parallel_env(scenario, controller=controller, render_mode=render_mode, **options)
     return parallel_to_aec(bare)
 
@@ -195,7 +195,7 @@ def env(
     render_mode: RenderMode | None = None,
     **options: Unpack[EnvOptions],
 ) -> AECEnv:
-    """The environment with agents acting in turn: actions clipped, choices and order checked.
+    """Return the AEC environment, in which agents act in turn, with actions clipped or checked.
 
     >>> turns = env("near")
     >>> turns.reset(seed=0)

@@ -1,4 +1,4 @@
-"""A policy compiled beside the world: without Python it observes and acts as a learner does."""
+"""Compiled policy, which observes and acts as a learner does without calls to Python."""
 
 from dataclasses import dataclass
 
@@ -18,30 +18,30 @@ forward: Kernel
 observe: Kernel
 write_raw: Kernel
 command: Kernel
-"""Free names of the template: the policy; what writes observations and reads actions."""
+"""Free names of the template: the policy; writing observations and reading actions."""
 
 
 @dataclass(frozen=True)
 class Pilot:
-    """A policy of every robot, as a kernel with numbers."""
+    """Policy of the robots as a kernel with its weights."""
 
     form: PolicyForm
-    """What it observes and gives."""
+    """Observation and action of the policy."""
     forward: Kernel
-    """Writes the action of a robot: of what it observes, the numbers, the sizes, the robot's state,
-    which it advances, and room for what lies between."""
+    """Kernel that writes the action of a robot from its observation, the weights, the layer sizes,
+    the robot's recurrent state, which is updated, and a scratch array."""
     numbers: Float32[Array, " numbers"]
     sizes: Int64[Array, " sizes"]
     n_state: int
     n_between: int
-    """Numbers of that room."""
+    """Size of the scratch array."""
 
     def arrays(
         self, n: int, robots: RecordType, minds: RecordType, learners: Int64[Array, " learners"]
     ) -> dict[str, Array]:
-        """What the policy of n robots reads (`ARRAYS_KEPT`) and writes, by name.
+        """Return the arrays that the policy of n robots reads (`ARRAYS_KEPT`) and writes, by name.
 
-        `minds` are what estimators keep, or where the policy is everything what robots say.
+        `minds` is the type of the estimators' records, or with `learn="everything"` of messages.
         """
         form = self.form
         whole = minds if form.config.learn == "everything" else np.dtype([("estimator", minds)])
@@ -71,10 +71,9 @@ class Pilot:
 
     @property
     def handed_over(self) -> str:
-        """How these arrays are handed to `act_as_learner`, as an expression of their names.
+        """Expression, in the names of these arrays, of the argument `piloting` of `act_as_learner`.
 
-        Further names are those of the words of robots and minds, of how many robots there are, of
-        no additions and of the time that is left.
+        Its other names are `robot_words`, `mind_words`, `n_robots`, `no_additions` and `time_left`.
         """
         form, action = self.form, self.form.action
         direction, direction_to, has_walk, *_ = form.scaling
@@ -96,7 +95,7 @@ class Pilot:
 
     @property
     def kernel(self) -> Kernel:
-        """`act_as_learner` with this policy."""
+        """`act_as_learner`, bound to this policy."""
         own = {"forward": self.forward, "observe": bind(observe_all, {})}
         return bind(act_as_learner, {**own, **self.form.action.functions})
 
@@ -105,15 +104,15 @@ ARRAYS_KEPT = (
     "pilot_spans", "pilot_out", "pilot_robots", "pilot_bound", "pilot_squashes", "pilot_numbers",
     "pilot_sizes", "pilot_low", "pilot_high", "left_alone",
 )  # fmt: skip
-"""Those of them that a policy only reads."""
+"""Names of the arrays that a policy only reads."""
 
 
 def pilot_and_layers(
     controller: Controller, scenario: BaseScenario
 ) -> tuple[Pilot | None, Controller]:
-    """The policy of a controller, compiled, or None, and the controller of the layers beside it.
+    """Return the compiled policy of a controller, or None, and the controller of other layers.
 
-    ConfigError for a policy that Python must call.
+    Raises ConfigError for a policy that Python must call.
     """
     if not isinstance(controller, PolicyOverLayers):
         return None, controller
@@ -121,7 +120,7 @@ def pilot_and_layers(
 
 
 def act_as_learner(robots: Array, ticks: int, piloting: Arrays) -> None:
-    """Let the policy act where a decision is due, but for a robot that a visitor drives."""
+    """Write the policy's actions if a decision is due, except for a robot driven by a visitor."""
     fields, out_fields, learners, scaling, beside, rows, form, network, marks, modes = piloting
     numbers, sizes, states, between, actions, low, high = network
     period, motion, has_reflexes, is_walking, weighting, left_alone = marks

@@ -1,4 +1,4 @@
-"""What a policy is shown and what it gives in a scenario, under the keywords of its training."""
+"""Form of a policy: its observation and action in a scenario, under its keywords."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -27,19 +27,19 @@ from swarm_forage_env.spaces import Feature, Layout, widest
 from swarm_forage_env.task import task_of
 
 BOUND = re.compile(r"of [-+.e0-9]+ ")
-"""Start of the unit of a number that is divided by its bound, which depends on the scenario."""
+"""Start of the unit of a feature divided by its bound, which depends on the scenario."""
 
 OF_BOUND = "of its bound, in "
-"""Start of such a unit in `observes`; a number whose bound is 1 is not divided and has none."""
+"""Its replacement in `observes`; a feature of bound 1 is not divided and has neither."""
 
 
 class PolicyForm:
-    """What a policy observes of a robot and gives for it, under the keywords of an environment."""
+    """Observation and action of a policy for one robot, under the keywords of an environment."""
 
     def __init__(self, scenarios: Sequence[BaseScenario], config: EnvConfig) -> None:
-        """The form in the first of these scenarios; bounds hold in all of them.
+        """Make the form for the first of these scenarios, with bounds that hold in all of them.
 
-        ConfigError or UnknownNameError for keywords that the scenario's task does not have.
+        Raises ConfigError or UnknownNameError for keywords that the scenario's task does not have.
         """
         self.scenario = scenario = scenarios[0]
         self.task = task_of(scenario)
@@ -52,15 +52,15 @@ class PolicyForm:
         self.max_cycles = n_steps(scenario, config)
         self.agents = self.task.agents(scenario.task.n_robots)
         self.has_walk = config.walk and bool(policy.walk)
-        """What it observes holds the course of the walk where there is no goal."""
+        """Whether the direction of the random walk is observed if the robot has no goal."""
         layouts = [policy.layout(each, self.has_walk) for each in scenarios]
         longest = max(layouts, key=len)
         self.shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
-        """What it observes of what the layer sees."""
+        """Layout of the observed inputs of the layer."""
         self.additions: list[tuple[Addition, int, Layout]] = []
-        """What it observes beside that: where its numbers begin, and what they are."""
+        """Additions to the observation, each with the index of its first feature and its layout."""
         self.observed, self.scaling = self._observed()
-        """What each number of an observation is, without those before it; and how it is scaled."""
+        """Layout and scaling of a single observation, before stacking."""
         self.layout: Layout = stacked(self.observed, config.stack)
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
@@ -90,7 +90,7 @@ class PolicyForm:
         return normalised(layout), (*where, *typical_sizes(layout))
 
     def check_bounds(self, scenario: BaseScenario) -> None:
-        """ConfigError where the layer sees numbers beyond these bounds in another scenario."""
+        """Raise ConfigError if another scenario changes the bounds of the layer's inputs."""
         layout = self.policy.layout(scenario, self.has_walk)
         for here, there in zip(self.shown, widest([self.shown, layout]), strict=False):
             if (here.low, here.high) != (there.low, there.high):
@@ -101,7 +101,7 @@ class PolicyForm:
                 )
 
     def hand_over(self, action: Array, own: Mapping[str, Any]) -> None:
-        """Mark the layers that it replaces as a learner's, of some robots for each layer."""
+        """Mark the layers that the policy replaces, for the robots given for each layer."""
         for layer in self.policy.replaces:
             action[layer][own[layer]] = self.action.motion if layer == "motion" else REPLACE
         if "motion" in self.policy.replaces and self.policy.walk:
@@ -110,5 +110,5 @@ class PolicyForm:
 
     @property
     def observes(self) -> tuple[tuple[str, str], ...]:
-        """Name and unit of each number of an observation, the same under other bounds."""
+        """Name and unit of each feature of an observation, independent of bounds."""
         return tuple((each.name, BOUND.sub(OF_BOUND, each.unit)) for each in self.layout)

@@ -1,6 +1,6 @@
-"""Environments by id, in Gymnasium and in PettingZoo, entered when the package is imported.
+"""Registration of environment ids with Gymnasium and PettingZoo, when the package is imported.
 
-Nothing of the world is imported for it: entry points are text, and read by `make`.
+It imports no environment: entry points are strings, which `make` resolves.
 """
 
 import re
@@ -19,20 +19,20 @@ _SCENARIOS = (
 NAMES = {
     each: re.sub("^(Es|Mg)", lambda start: start[0].upper(), each.title()) for each in _SCENARIOS
 }
-"""Every scenario that has an id, and its name there."""
+"""Name of each scenario in Gymnasium's ids."""
 
 ENVS = "swarm_forage_env.envs"
 
 VERSIONS = (2, 1)
-"""The versions that have ids, the newest first; an older one stays for a release."""
+"""Versions that have ids, the newest first; an older version is kept for one release."""
 
 
 KINDS = {"": "Learner", "-Joint": "Joint", "-Tuple": "Tuple"}
-"""What follows a name in an id of Gymnasium, and with what the name of the class begins."""
+"""Suffix of the name in Gymnasium's ids, and prefix of the class of the environment."""
 
 
 def register_with_gymnasium() -> None:
-    """Enter each scenario as `SwarmForage/<Name>-v2`, `<Name>-Joint-v2` and `<Name>-Tuple-v2`."""
+    """Register each scenario as `SwarmForage/<Name>-v2`, `<Name>-Joint-v2`, `<Name>-Tuple-v2`."""
     for (scenario, name), version, (kind, cls) in product(NAMES.items(), VERSIONS, KINDS.items()):
         is_tuple = cls == "Tuple"
         vector = None if is_tuple else f"{ENVS}.gymnasium_vector:{cls}VectorEnv"
@@ -40,13 +40,13 @@ def register_with_gymnasium() -> None:
             f"SwarmForage/{name}{kind}-v{version}",
             f"{ENVS}.gymnasium_env:{cls}Env",
             vector_entry_point=vector,
-            disable_env_checker=is_tuple,  # it warns of rewards that are a list
+            disable_env_checker=is_tuple,  # it warns about rewards in a list
             kwargs={"scenario": scenario, **keywords_of(version, scenario)},
         )
 
 
 def register_with_pettingzoo() -> None:
-    """Enter `swarm_forage/<scenario>-v2`, in turn and in parallel, from PettingZoo 1.27 on."""
+    """Register `swarm_forage/<scenario>-v2` as AEC and parallel API, with PettingZoo >= 1.27."""
     try:
         from pettingzoo import register
     except ImportError:
@@ -60,9 +60,9 @@ def register_with_pettingzoo() -> None:
 
 
 def keywords_of(version: int, scenario: str) -> dict[str, Any]:
-    """What a version has in front of the keywords given; nothing in the newest.
+    """Return the default keywords of a version; the newest has none.
 
-    Version 1: half the cruise speed at 0, no reflexes, and zeros for a robot without a goal.
+    Version 1: speed 0 is half the cruise speed, no reflexes, and zeros for a robot without a goal.
     """
     if version > 1 or scenario.startswith("waypoints"):
         return {}

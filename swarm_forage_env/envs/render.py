@@ -1,4 +1,4 @@
-"""Pictures of environments: not at all, in a window, as frames, or in a notebook."""
+"""Rendering of environments: in a window, as frames, as text, or in a notebook."""
 
 from typing import TYPE_CHECKING
 
@@ -17,15 +17,15 @@ Frame = UInt8[Array, "height width 3"]
 
 
 def render_modes(scenario: BaseScenario) -> list[str]:
-    """The render modes of a scenario: those installed, and none of a task that has no drawing."""
+    """Return the installed render modes; none for a task that cannot be drawn."""
     return installed_modes() if task_of(scenario).scene is not None else []
 
 
 class EnvRenderer:
-    """A view of each world of a batch, under one of the render modes or none.
+    """Renderer of each world of a batch, under one of the render modes or none.
 
-    Nothing is opened before the first scene is drawn, and without a mode nothing is made.
-    ConfigError for a window on several worlds, and for a world that cannot be drawn.
+    A window opens when the first scene is drawn. Raises ConfigError for a window on several
+    worlds, and for worlds that cannot be drawn.
     """
 
     def __init__(self, env: ArrayEnv, mode: str | None) -> None:
@@ -49,9 +49,9 @@ class EnvRenderer:
         EnvRenderer.__init__(self, *state)
 
     def draw(self) -> list[Frame | str | None]:
-        """The frame, or the map, of each world as it stands; None where it is on the screen.
+        """Return the current frame or text map of each world, or None if a window shows it.
 
-        ConfigError where no render mode was given, or no display is found for a window.
+        Raises ConfigError if no render mode was given or a window finds no display.
         """
         if self._mode is None:
             raise ConfigError(
@@ -62,22 +62,22 @@ class EnvRenderer:
 
     @property
     def window(self) -> "Window | None":
-        """The window; None where there is none."""
+        """Window, or None if there is none."""
         return self._views[0].window if self._views else None
 
     def follow(self) -> None:
-        """A window shows each step by itself, as everywhere in Gymnasium."""
+        """Draw the current state if the mode is `human`, as Gymnasium requires after each step."""
         if self._mode == "human":
             self.draw()
 
     def close(self) -> None:
-        """Close the window, if there is one; again does nothing."""
+        """Close the window, if there is one; further calls do nothing."""
         for view in self._views:
             view.close()
 
 
 class ShownEnv:
-    """What the APIs of other libraries have in common: an `ArrayEnv` and its pictures."""
+    """Base of the environments for other libraries: an `ArrayEnv` with rendering."""
 
     array_env: ArrayEnv
     metadata: dict[str, object]
@@ -94,20 +94,20 @@ class ShownEnv:
 
     @property
     def world(self) -> World:
-        """The worlds of the robots: their records are the truth."""
+        """Worlds of the robots; their records hold the ground truth."""
         return self.array_env.world
 
     @property
     def scenario(self) -> BaseScenario:
-        """The scenario of the first world's episode."""
+        """Scenario of the first world's episode."""
         return self.world.scenario
 
     def snapshot(self) -> object:
-        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        """Return the full state, which can be pickled and restored any number of times."""
         return self.array_env.snapshot()
 
     def restore(self, snapshot: object) -> None:
-        """Go on as when the snapshot was taken, bit for bit; ConfigError if it does not fit."""
+        """Continue from a snapshot, bit for bit; ConfigError if it does not fit."""
         self.array_env.restore(snapshot)
 
     def close(self) -> None:

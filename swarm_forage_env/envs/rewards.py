@@ -1,7 +1,7 @@
-"""Rewards: who is credited with what a robot earned, one of the user's own, and shaping.
+"""Rewards: individual and team rewards, user-defined rewards, and shaping.
 
-A reward of the user's own is an object that is called after each tick with the records of the
-robots before and after it and with its events, all of shape (worlds, robots):
+A user-defined reward is a callable. It is called after each tick with the records of the robots
+before and after the tick and with its events, all of shape (worlds, robots):
 
     def gentle(before, after, events):
         return events["trip"] - 0.01 * events["contact"]
@@ -20,13 +20,13 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task
 
 REWARDS = "own", "team"
-"""Rewards by name: each robot is given what it earned, 1 for completing nest -> prey -> nest; or
-the mean over the robots of its world."""
+"""Rewards by name: what each robot earned, 1 for completing nest -> prey -> nest; or the mean over
+the robots of its world."""
 
 
 @inlined
 def mean_of(earned: Float64[Array, " robots"]) -> float:
-    """The mean over the robots of a world, added up in their order."""
+    """Return the mean over the robots of a world, summed in their order."""
     total = 0.0
     for i in range(earned.shape[0]):
         total += earned[i]
@@ -35,11 +35,11 @@ def mean_of(earned: Float64[Array, " robots"]) -> float:
 
 @inlined
 def shaping(before: float, after: float, discount: float, weight: float) -> float:
-    """What a step between states of these potentials adds to the reward.
+    """Return the shaping reward of a step between states with these potentials.
 
         weight (discount Phi' - Phi)
 
-    The optimal policies stay as they are.
+    It leaves the optimal policies unchanged.
 
     Source: Ng1999, Theorem 1.
     """
@@ -47,7 +47,7 @@ def shaping(before: float, after: float, discount: float, weight: float) -> floa
 
 
 class OwnReward:
-    """A reward of the user's own, which is asked after every tick."""
+    """User-defined reward, called after every tick."""
 
     def __init__(self, loop: Loop, reward: object) -> None:
         self._loop, self._reward = loop, _callable(reward, loop.task)
@@ -56,7 +56,7 @@ class OwnReward:
         self._events = loop.task.events.array(loop.world.robots.shape)
 
     def run(self, n_ticks: int) -> None:
-        """Run some ticks; `earned` is what every robot earned in them."""
+        """Run ticks, and write the sum of each robot's rewards to `earned`."""
         world = self._loop.world
         total = np.zeros_like(world.earned)
         for _ in range(n_ticks):

@@ -1,9 +1,9 @@
-"""A decision of all learners in one launch of a GPU: from actions to observations of new episodes.
+"""A decision of all learners in one GPU launch: from actions to observations of new episodes.
 
     act -> [ticks] -> settle -> observe -> [begin -> sense -> observe where it is over]
 
-No number is read back: what goes wrong is noted, and raised where somebody asks. The CPU counts
-the decisions of each world and draws the seeds of its episodes too, so that it knows both.
+Nothing is read back: errors are noted, and raised by `DeviceLoop.check`. The CPU repeats the
+counting of decisions and the drawing of episode seeds, so that it has the same values.
 """
 
 import numpy as np
@@ -34,24 +34,24 @@ lane: Kernel
 barrier: Kernel
 first_world: Kernel
 end_world: Kernel
-"""Free names of the template, beside those of the row templates that it names."""
+"""Free names of the template, in addition to those of its row templates."""
 
 Ticking = tuple[Arrays, Arrays, Trouble]
-"""Arrays of the worlds and of the layers, and what went wrong."""
+"""Arrays of the worlds and of the layers, and the error of each world."""
 
 Observed = tuple[Fields, Scaling, Array, Array]
-"""Where observations lie, how they are scaled, what is beside the layer, and frames."""
+"""Observed fields, their scaling, the additions, and the stacks."""
 
 Clock = tuple[Int64[Array, " worlds"], Int64[Array, " worlds"], UInt64[Array, "worlds 4"]]
-"""Decisions of each episode so far and at its end, and the stream of the seeds of the next ones."""
+"""Decisions of each episode so far and at its end, and the random stream of later episode seeds."""
 
 How = tuple[int, int, int, int]
-"""How many ticks; 2 if worlds are reset, else 1; decisions of an episode that begins; and what
-motions draw for."""
+"""Number of ticks; 2 if ended worlds are reset, else 1; decisions of a new episode; and the noise
+source of the motions."""
 
 Out = tuple[Float64[Array, "2 worlds learners"], Array, Array, Bool[Array, " worlds"]]
-"""Rewards, unshaped and shaped; what is observed, without and with the frames before, of the
-decision and then of how worlds go on; and where an episode is over."""
+"""Rewards, unshaped and shaped; single and stacked observations, each after the decision and after
+the resets; and whether each episode is over."""
 
 
 @row_template
@@ -83,9 +83,9 @@ def decide_at_once(  # noqa: PLR0913 what is read, what is written, and how
     out: Out,
     which: Span,
 ) -> None:
-    """One decision of every world, and the beginning of the next episode where one is over.
+    """Run one decision of every world, and begin the next episode where one is over.
 
-    A world of a refused action stands until the refusal is raised.
+    A world with a refused action does not run until the error is raised.
     """
     fields, scaling, additions, frames = observing
     steps, ends, _ = clock
@@ -115,12 +115,12 @@ def decide_at_once(  # noqa: PLR0913 what is read, what is written, and how
 
 @inlined
 def share_left(steps: int, end: int) -> float:
-    """The share of an episode that is left, as `Episodes.share_left` tells it."""
+    """Return the remaining share of an episode, as `Episodes.share_left` does."""
     return 1.0 - min(steps / max(end, 1), 1.0)
 
 
 class WholeDecision(Decisions):
-    """The decisions of worlds on a GPU, each in one launch."""
+    """Decisions of worlds on a GPU, each in one launch."""
 
     _worlds: DeviceLoop
 
@@ -137,13 +137,13 @@ class WholeDecision(Decisions):
         self._decide = worlds.kernel(decide_at_once, {**worlds.functions, **self._functions})
 
     def room(self) -> tuple[PlacedArray, ...]:
-        """Room for what a decision gives, as `Out`; another one overwrites it."""
+        """Return new arrays for the results of a decision, as `Out`; they can be reused."""
         empty = self._worlds.memory.empty
         rewards = empty((2, *self._rows), np.float64)
         return rewards, *self.observing.room(2), empty(self._rows[:1], np.bool_)
 
     def catch_up(self) -> None:
-        """Tell the GPU of decisions and streams that the CPU has set."""
+        """Copy counts and streams that were changed on the CPU to the GPU."""
         episodes = self._episodes
         if episodes.is_ahead:
             clock = episodes.steps, episodes.ends, episodes.streams
@@ -154,9 +154,9 @@ class WholeDecision(Decisions):
     def __call__(
         self, actions: PlacedArray, n_ticks: int, length: int, out: tuple[PlacedArray, ...]
     ) -> None:
-        """One decision; a length other than 0 resets ended worlds, for episodes of that length.
+        """Launch one decision; if `length` is not 0, reset ended worlds to episodes of that length.
 
-        Nothing but a launch on arrays that stay, which a CUDA graph can repeat.
+        This is a single launch on fixed arrays, which a CUDA graph can repeat.
         """
         worlds = self._worlds
         acting, observing, clock = self._acting(actions), self.observing.handed, self._clock
