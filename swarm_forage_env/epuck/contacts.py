@@ -1,4 +1,4 @@
-"""Contacts: no robot overlaps another one, an obstacle or a wall; and which are near enough."""
+"""Contacts: separation of robots that overlap a robot, an obstacle or a wall."""
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
@@ -20,7 +20,7 @@ from swarm_forage_env.equations.obstacles import Capsules, from_axis, keep_out
 
 @kernel
 def is_near_walls(robot: EpuckState, world: EpuckWorldState, gap: float) -> bool:
-    """A robot's body is within a gap of a wall of the arena [m]."""
+    """Return whether a robot's body is within `gap` [m] of a wall of the arena."""
     far = world.radius + gap
     x, y = abs(robot.pose[0]), abs(robot.pose[1])
     return bool(x >= 0.5 * world.arena[0] - far or y >= 0.5 * world.arena[1] - far)
@@ -30,7 +30,7 @@ def is_near_walls(robot: EpuckState, world: EpuckWorldState, gap: float) -> bool
 def is_near_obstacle(
     robot: EpuckState, world: EpuckWorldState, obstacles: Capsules, gap: float
 ) -> bool:
-    """A robot's body is within a gap of an obstacle [m]."""
+    """Return whether a robot's body is within `gap` [m] of an obstacle."""
     far = world.radius + gap
     for k in range(obstacles.shape[0]):
         dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
@@ -41,7 +41,7 @@ def is_near_obstacle(
 
 @kernel
 def keep_out_of_all(pose: Pose, obstacles: Capsules, radius: float) -> float:
-    """Move a robot out of every obstacle in turn, in place; the largest overlap there was [m]."""
+    """Move a robot out of every obstacle in turn, in place; return the largest overlap [m]."""
     worst = 0.0
     for k in range(obstacles.shape[0]):
         worst = max(worst, keep_out(pose, obstacles[k], radius))
@@ -52,7 +52,7 @@ def keep_out_of_all(pose: Pose, obstacles: Capsules, radius: float) -> float:
 def keep_all_clear(swarm: Array, world: EpuckWorldState, obstacles: Capsules) -> float:
     """Move every robot inside the walls, then out of the obstacles, in place.
 
-    Returns the largest overlap with an obstacle that there was [m].
+    Returns the largest previous overlap with an obstacle [m].
     """
     for i in range(swarm.shape[0]):
         keep_inside(swarm[i].pose, world.arena, world.radius)
@@ -66,9 +66,9 @@ def keep_all_clear(swarm: Array, world: EpuckWorldState, obstacles: Capsules) ->
 def separate_all(
     swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules, share: float
 ) -> float:
-    """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m].
+    """Move both robots of each overlapping pair by a share; return the largest overlap [m].
 
-    A robot that was moved leaves the obstacles at once, so that several moves do not carry its
+    Each moved robot is at once moved out of the obstacles, so that several moves cannot carry its
     centre across a wall.
     """
     worst = 0.0
@@ -93,7 +93,7 @@ def resolve_contacts(
 
     Each pass moves every robot inside the walls and out of the obstacles, then both robots of an
     overlapping pair by half the overlap, in a clump by more, until no overlap exceeds OVERLAP.
-    False if MAX_PASSES were not enough.
+    Returns false if MAX_PASSES were not enough.
     """
     for n_passes in range(MAX_PASSES):
         overlap = keep_all_clear(swarm, world, obstacles)

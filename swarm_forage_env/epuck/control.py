@@ -1,6 +1,6 @@
-"""The control of e-pucks without an estimator: a motion uses the sensors alone.
+"""Control of e-pucks without an estimator: a motion that uses the sensors only.
 
-It has the signature of one in foraging, and an empty situation.
+The motion has the same signature as in foraging, with an empty situation.
 """
 
 import math
@@ -21,24 +21,24 @@ steer: Kernel
 """Free names of the templates: lanes, and the motion."""
 
 RESIDUAL_GAIN = 2.0
-"""Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""
+"""Wheel speed that a residual of 1 adds: full speed backwards becomes full speed ahead."""
 
 
 class NoSituation(Record):
-    """What a robot without an estimator believes."""
+    """Empty situation of a robot without an estimator."""
 
     nothing: float = field(np.float32)
 
 
 class NoMind(Record):
-    """What a robot without an estimator keeps."""
+    """State of a robot without an estimator."""
 
     situation: NoSituation = field(NoSituation)
 
 
 @row_template
 def act(robot: EpuckState, mind: NoMind, memory: Record, settings: Numbers) -> bool:
-    """Steer a robot, which is on the air all the time; are its wheels finite?"""
+    """Steer a robot, which always broadcasts; return whether its wheel speeds are finite."""
     action, wheels = robot.action, robot.command.wheels
     if action.motion == KEEP or action.motion == CORRECT:
         steer(mind.situation, robot.readings, robot.heard, wheels, memory, settings.motion)
@@ -51,7 +51,7 @@ def act(robot: EpuckState, mind: NoMind, memory: Record, settings: Numbers) -> b
 def steer_world(
     world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Steer the robots of a world; one whose wheels are not finite is noted."""
+    """Steer the robots of a world; note NOT_FINITE for wheel speeds that are not finite."""
     minds, memories, _, settings = layer_arrays
     last = settings.shape[1] - 1
     for i in range(lane(), n_robots, lanes()):
@@ -62,11 +62,11 @@ def steer_world(
 
 @kernel
 def apply_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
-    """Replace the wheels by an action, or add it to those of the motion.
+    """Replace the wheel speeds of the motion by an action, or add the action to them.
 
         wheels = clip(own + RESIDUAL_GAIN residual, -1, 1)
 
-    To a robot that is talking nothing is added, as communication takes control of the motors
+    Nothing is added while the robot talks, as communication takes control of the motors
     (TR, Section 5.2).
 
     Source: Silver2018, Residual Policy Learning (arXiv:1812.06298), for the sum.

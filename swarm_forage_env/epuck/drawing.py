@@ -1,4 +1,4 @@
-"""What is drawn of a world of e-pucks: what any task of theirs has."""
+"""Drawing of a world of e-pucks: the parts common to all tasks."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from swarm_forage_env.scene import Outline
 
 
 def walls(scenario: EpuckScenario) -> dict[str, Any]:
-    """What a stage holds of the arena, its obstacles, and the robots in it."""
+    """Return the fields of a stage for the arena, its obstacles and its robots."""
     task, arena = scenario.task, scenario.arena
     return {
         "scenario": scenario.name,
@@ -31,7 +31,7 @@ def walls(scenario: EpuckScenario) -> dict[str, Any]:
 
 
 def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
-    """What a scene holds of the robots of one world: where they are, and who heard whom."""
+    """Return the fields of a scene for the robots of one world: poses and received messages."""
     robots = world.robots[which].view(np.recarray)
     has_faults, heard = world.worlds["has_faults"][which], robots.heard
     receiver, slot = np.nonzero(np.arange(heard.sender.shape[1]) < heard.n[:, None])

@@ -1,7 +1,7 @@
-"""Draws of faults at the start of an episode, who is faulty and how; and their effects in a tick.
+"""Draws of faults at the start of an episode, and their effects in a tick.
 
-What is drawn for one kind of fault depends on the seed of the world and on the names of the kind
-and of the number alone.
+A draw for one kind of fault depends only on the seed of the world and on the names of the kind and
+of the drawn parameter.
 """
 
 import math
@@ -35,13 +35,13 @@ OF_SIDE_OF_WEAR, OF_SIDE_OF_LIE = hash_of("worn.side"), hash_of("liar.side")
 OF_ALL_LIARS = hash_of("conspiracy")
 OF_SHIFTS = tuple(hash_of(f"liar.shift.{area}") for area in range(2))
 OF_PLACES = tuple(hash_of(f"liar.place.{area}") for area in range(2))
-"""What draws are named by: a number for each."""
+"""Hashes that name the draws."""
 
 AGREED = {"no": NOT_AGREED, "turn": TURN_AGREED, "place": PLACE_AGREED}
 
 
 def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -> None:
-    """Write the numbers of a scenario's faults, as kernels read them."""
+    """Write the fault parameters of a scenario in the form that kernels read."""
     faults, areas = scenario.faults, scenario.areas
     for column, (_, kind) in enumerate(faults):
         out_numbers["share"][..., column] = kind.share
@@ -64,9 +64,9 @@ def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -
 
 
 def name_faulty(scenario: EpuckScenario, out_faults: Array) -> None:
-    """Write which robots a scenario names as faulty to their records, worlds by robots.
+    """Write which robots a scenario names as faulty to their records, shape (worlds, robots).
 
-    All else is at its first value.
+    All other fields are reset.
     """
     Fault.restart(out_faults)
     for column, (_, kind) in enumerate(scenario.faults):
@@ -77,7 +77,7 @@ def name_faulty(scenario: EpuckScenario, out_faults: Array) -> None:
 def draw_fault(
     numbers: FaultNumbers, seed: np.uint64, i: int, n_robots: int, out_fault: Fault
 ) -> None:
-    """Write what is wrong with robot i, by the seed of its world, and what it lies if it does."""
+    """Draw and write the faults of robot i from the seed of its world, and its lie."""
     word = first_word(seed, i, CAUSE)
     out_fault.stream[0] = word
     for kind in range(N_KINDS):
@@ -91,7 +91,7 @@ def draw_fault(
 
 @kernel
 def is_drawn(numbers: FaultNumbers, seed: np.uint64, i: int, n_robots: int, kind: int) -> bool:
-    """Robot i is among those that have a kind of fault, whose draws are lowest."""
+    """Return whether robot i has a kind of fault: the robots with the lowest draws have it."""
     if numbers.share[kind] == 0.0:
         return False
     n_faulty = math.floor(numbers.share[kind] * n_robots + 0.5)
@@ -105,13 +105,13 @@ def is_drawn(numbers: FaultNumbers, seed: np.uint64, i: int, n_robots: int, kind
 
 @kernel
 def side_of(word: np.uint64) -> float:
-    """Minus or plus one, as is drawn."""
+    """Return a random sign, -1 or 1."""
     return -1.0 if unit_of(word) < 0.5 else 1.0
 
 
 @kernel
 def make_lie(numbers: FaultNumbers, seed: np.uint64, word: np.uint64, out_fault: Fault) -> None:
-    """Write what a robot would tell if it is a liar, where `word` is its own."""
+    """Write the lie that a robot sends if it is a liar; `word` is the robot's random word."""
     own, of_all = word, first_word(seed, 0, CAUSE) ^ OF_ALL_LIARS
     if numbers.agreed != NOT_AGREED:
         own = of_all
@@ -130,9 +130,9 @@ def make_lie(numbers: FaultNumbers, seed: np.uint64, word: np.uint64, out_fault:
 
 @kernel
 def false_place(numbers: FaultNumbers, word: np.uint64, area: int) -> tuple[float, float]:
-    """A false place of an area in the arena, world frame [m].
+    """Draw a false place of an area in the arena, world frame [m].
 
-    Uniform among those at least `false_place_distance` from the true one.
+    It is uniform among the places at least `false_place_distance` from the true one.
     """
     x, y = numbers.areas[area, 0], numbers.areas[area, 1]
     far = numbers.false_place_distance
@@ -147,7 +147,7 @@ def false_place(numbers: FaultNumbers, word: np.uint64, area: int) -> tuple[floa
 
 @kernel
 def update_faults(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> None:
-    """Let the faults of a robot begin whose time has come, and see its lie from where it stands."""
+    """Start the faults of a robot that are due, and update its lie in the body frame."""
     for kind in range(N_KINDS):
         has_begun = fault.kinds[kind] and world.ticks >= world.faults.starts[kind]
         robot.is_faulty[kind] = 1 if has_begun else 0
@@ -159,7 +159,7 @@ def update_faults(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> No
 
 @kernel
 def see_lie(robot: EpuckState, fault: Fault) -> None:
-    """Put the shift or the place of a lie into the body frame of the liar."""
+    """Write the shift or the place of a lie in the body frame of the liar."""
     c, s = robot.heading[0], robot.heading[1]
     for area in range(2):
         x, y = fault.lie_in_arena[area, 0], fault.lie_in_arena[area, 1]
@@ -171,7 +171,7 @@ def see_lie(robot: EpuckState, fault: Fault) -> None:
 
 @kernel
 def is_lying(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> bool:
-    """The message that the robot just composed is to be a lie, as is drawn for every message."""
+    """Return whether the message just composed is a lie, drawn for each message of a liar."""
     if not robot.is_faulty[LIAR]:
         return False
     probability = world.faults.probability

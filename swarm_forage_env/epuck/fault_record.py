@@ -1,7 +1,7 @@
-"""Records of faults: what is wrong with a robot, and what a liar tells.
+"""Records of faults: the faults of a robot, and the lie of a liar.
 
-No layer and no observation is shown any of it. An estimator is handed a `Lie` alone, to put it into
-the message that it composed.
+No layer and no observation contains them. An estimator receives only a `Lie`, to put it into the
+message that it composed.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, UInt64
 from swarm_forage_env.record import Record, field
 
 KINDS = ("dead", "worn", "deaf", "mute", "blind", "liar", "stale")
-"""Kinds of faults, as the scenario names them."""
+"""Kinds of faults, by their names in a scenario."""
 
 DEAD, WORN, DEAF, MUTE, BLIND, LIAR, STALE = range(len(KINDS))
 
@@ -18,16 +18,16 @@ N_KINDS = len(KINDS)
 
 
 NOT_AGREED, TURN_AGREED, PLACE_AGREED = range(3)
-"""What liars agree on: nothing, how they turn and shift a place, or the place itself."""
+"""What liars agree on: nothing, the turn and shift of a place, or the place itself."""
 
 
 class FaultNumbers(Record):
-    """The numbers of a scenario's faults, as kernels read them."""
+    """Fault parameters of a scenario in the form that kernels read."""
 
     share: Float64[Array, " kinds"] = field(np.float64, N_KINDS)
-    """Share of the robots that are drawn to have this fault, in the order of KINDS."""
+    """Share of the robots that are drawn to have each fault, in the order of KINDS."""
     starts: Int32[Array, " kinds"] = field(np.int32, N_KINDS, unit="ticks")
-    """Tick from whose end on a fault is in effect."""
+    """Tick at the end of which each fault takes effect."""
     talks_when_dead: bool = field(np.bool_)
     own_p: bool = field(np.bool_)
     agreed: int = field(np.int8)
@@ -43,37 +43,37 @@ class FaultNumbers(Record):
 
 
 class Lie(Record):
-    """What a liar tells of each area instead of what it believes."""
+    """What a liar sends about each area instead of its belief."""
 
     turn: float = field(np.float32, unit="rad")
-    """The place told is turned by this about the liar."""
+    """Angle by which the place sent is rotated about the liar."""
     place: Float32[Array, "areas 2"] = field(np.float32, 2, 2, unit="m")
-    """Body frame: how far the place told is shifted, or the place itself. Writer: tick."""
+    """Shift of the place sent, or the place itself, in the body frame. Writer: tick."""
     is_place: bool = field(np.bool_)
-    """`place` is told as it is, whatever the liar believes."""
+    """Whether `place` is sent as it is instead of a shift of the belief."""
     p: float = field(np.float32, unit="m")
-    """Inverse confidence that it tells."""
+    """Inverse confidence that is sent."""
     has_own_p: bool = field(np.bool_)
-    """It tells its own p instead."""
+    """Whether the robot's own p is sent instead of `p`."""
 
 
 class Fault(Record):
-    """What is wrong with a robot, or will be; read and written only where a scenario has faults.
+    """Present and future faults of a robot; read and written only if a scenario has faults.
 
-    It lies apart from `EpuckState`, which holds the faults in effect, so that robots without faults
-    are smaller in memory.
+    It is separate from `EpuckState`, which holds the faults in effect, so that robots without
+    faults need less memory.
     """
 
     is_named: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
-    """The scenario says so, whatever is drawn. Writer: the scenario."""
+    """Whether the scenario assigns each fault, independent of draws. Writer: the scenario."""
     kinds: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
-    """The robot has this fault, or will have it, in the order of KINDS. Writer: reset."""
+    """Whether the robot has or will have each fault, in the order of KINDS. Writer: reset."""
     path_misread: Float32[Array, "2"] = field(np.float32, 2)
-    """Worn: what the encoder of the left and right wheel tells, as a share of its true path.
+    """Worn: reading of the left and right wheel encoder, as a share of the true path.
     Writer: reset."""
     lie: Lie = field(Lie)
-    """What it tells while it lies. Writers: reset, tick."""
+    """Content of the robot's lies. Writers: reset, tick."""
     lie_in_arena: Float32[Array, "areas 2"] = field(np.float32, 2, 2, unit="m")
-    """The shift or the place of the lie, world frame. Writer: reset."""
+    """Shift or place of the lie, world frame. Writer: reset."""
     stream: UInt64[Array, "1"] = field(np.uint64, 1)
-    """Random stream, which only faults draw from. Writers: reset, observe."""
+    """Random stream of the faults. Writers: reset, observe."""

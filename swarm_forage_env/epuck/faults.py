@@ -1,7 +1,7 @@
-"""Faults: which robots of a scenario fail, how, and from when on; none unless a scenario says so.
+"""Faults: which robots of a scenario fail, how, and from when; by default none.
 
-Each kind of fault is drawn by the seed of the world, in a stream of its own: of a share the same
-robots fail first, so that a larger share adds robots to those of a smaller one.
+Each kind of fault has its own random stream, which the seed of the world fixes. A larger share adds
+robots to those that fail with a smaller share.
 
 Sources of the kinds:
 - WinfieldNembrini2006, Safety in numbers: fault-tolerance in robot swarms (IJMIC 1);
@@ -28,7 +28,7 @@ from swarm_forage_env.parameters import NotNegative, Parameters, Share, list_as
 
 
 class FaultKind(Parameters):
-    """Which robots have a fault, and from when on."""
+    """Robots that have a fault, and the time from which they have it."""
 
     share: Share = Field(
         0.0, description="Share of the robots that have it, rounded to whole robots (chosen)"
@@ -40,7 +40,7 @@ class FaultKind(Parameters):
 
     @property
     def is_any(self) -> bool:
-        """Some robots may have it."""
+        """Whether any robot may have the fault."""
         return self.share > 0.0 or bool(self.robots)
 
     _from_text = field_validator("robots", mode="before")(list_as("[0, 3]"))
@@ -56,7 +56,7 @@ class FaultKind(Parameters):
 
 
 class Dead(FaultKind):
-    """Stops for good and stands in the way: motor failure.
+    """Robot that stops for good and becomes an obstacle: motor failure.
 
     Source: WinfieldNembrini2006, hazards H1 (motors alone) and H6 (all systems); Christensen2009.
     """
@@ -69,7 +69,7 @@ class Dead(FaultKind):
 
 
 class Worn(FaultKind):
-    """Misjudges its way: wheels worn unequally, and noisy encoders.
+    """Robot with wrong odometry: unequally worn wheels and noisy encoders.
 
     Source: BorensteinFeng1996, unequal wheel diameters; CarlsonMurphy2005, effectors fail most.
     """
@@ -85,19 +85,19 @@ class Worn(FaultKind):
 
 
 class Deaf(FaultKind):
-    """Hears no message. Source: WinfieldNembrini2006, hazard H2 (communications)."""
+    """Robot that receives no message. Source: WinfieldNembrini2006, hazard H2 (communications)."""
 
 
 class Mute(FaultKind):
-    """Sends no message. Source: WinfieldNembrini2006, hazard H2 (communications)."""
+    """Robot that sends no message. Source: WinfieldNembrini2006, hazard H2 (communications)."""
 
 
 class Blind(FaultKind):
-    """Its infrared reads zero. Source: WinfieldNembrini2006, hazard H3 (avoidance sensors)."""
+    """Infrared that reads zero. Source: WinfieldNembrini2006, hazard H3 (avoidance sensors)."""
 
 
 class Liar(FaultKind):
-    """Tells a false place of each area that it would tell of.
+    """Robot that sends a false place of each area that it would send.
 
     Source: Strobel2018 (Byzantine robots); VanCalck2023 (false places among foraging robots).
     """
@@ -127,14 +127,14 @@ class Liar(FaultKind):
 
 
 class Stale(FaultKind):
-    """Repeats for good what it tells first from its time on: place and p, in its own frame.
+    """Robot that repeats its first message after the fault: place and p, in its own frame.
 
     Source: Ni2009, stuck-at fault.
     """
 
 
 class Faults(Parameters):
-    """Robots that fail, by kind of fault, in the order of KINDS; none by default."""
+    """Faults of a scenario by kind, in the order of KINDS; none by default."""
 
     dead: Dead = Dead()
     worn: Worn = Worn()
@@ -146,11 +146,11 @@ class Faults(Parameters):
 
     @property
     def is_any(self) -> bool:
-        """Some robots may be faulty."""
+        """Whether any robot may be faulty."""
         return any(kind.is_any for _, kind in self)
 
     def check_robots(self, n_robots: int) -> None:
-        """ValueError if robots are named that a swarm of this size has not."""
+        """Raise ValueError if a kind names a robot twice or one that the swarm does not have."""
         for name, kind in self:
             named = kind.robots
             if len(set(named)) < len(named) or not set(named) <= set(range(n_robots)):

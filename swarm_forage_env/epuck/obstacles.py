@@ -1,4 +1,4 @@
-"""Obstacles of a scenario: discs, walls and polygons of walls; and what they must leave free."""
+"""Obstacles of a scenario: discs, walls and polygons of walls, and distances from them."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -16,16 +16,16 @@ from swarm_forage_env.parameters import NotNegative, Parameters
 Point = tuple[float, float]
 
 ROUNDING = 1e-9
-"""Circles and walls that overlap by less than this only touch [m]."""
+"""Tolerance of overlaps [m]: circles and walls that overlap by less only touch."""
 
 from_axis = plain(obstacles.from_axis)
 
 
 class Obstacle(Parameters):
-    """What no robot can pass: a disc, a wall, a chain of walls, or a polygon of walls.
+    """Obstacle to robots: a disc, a wall, a chain of walls, or a polygon of walls.
 
-    One point and a radius are a disc. Two points are a straight wall, more are a chain of them, and
-    a closed chain is a polygon.
+    One point and a radius make a disc. Two points make a straight wall, more points a chain of
+    walls, and a closed chain is a polygon.
     """
 
     points: tuple[Point, ...] = Field(
@@ -56,12 +56,12 @@ class Obstacle(Parameters):
 
     @property
     def capsules(self) -> list[tuple[float, float, float, float, float]]:
-        """The capsules that the obstacle consists of: two ends [m] and a radius [m] each."""
+        """Capsules that the obstacle consists of: two ends [m] and a radius [m] each."""
         return [(*a, *b, self.radius) for a, b in sides(self.points, self.is_closed)]
 
 
 def sides(points: Sequence[Point], is_closed: bool) -> list[tuple[Point, Point]]:
-    """The pairs of points that a wall joins; a single point is paired with itself."""
+    """Return the two ends of each wall; a single point is paired with itself."""
     if len(points) == 1:
         return [(points[0], points[0])]
     pairs = list(pairwise(points))
@@ -69,25 +69,25 @@ def sides(points: Sequence[Point], is_closed: bool) -> list[tuple[Point, Point]]
 
 
 def capsules_of(every: Iterable[Obstacle], corners: Sequence[Point]) -> Capsules:
-    """The capsules of all obstacles, then those of the outer wall with these corners."""
+    """Return the capsules of all obstacles, then those of the outer wall with these corners."""
     capsules = [capsule for obstacle in every for capsule in obstacle.capsules]
     capsules += [(*a, *b, 0.0) for a, b in (sides(corners, True) if corners else [])]
     return np.array(capsules, np.float64).reshape(-1, 5)
 
 
 def regular_polygon(n_sides: int, circumradius: float) -> tuple[Point, ...]:
-    """The corners of a regular polygon about the origin, counter-clockwise from the x axis [m]."""
+    """Return the corners of a regular polygon, counter-clockwise from the x axis [m]."""
     angles = [2.0 * math.pi * k / n_sides for k in range(n_sides)]
     return tuple(rounded(circumradius * math.cos(a), circumradius * math.sin(a)) for a in angles)
 
 
 def rounded(x: float, y: float) -> Point:
-    """A point to a tenth of a millimetre."""
-    return round(x, 4) + 0.0, round(y, 4) + 0.0  # adding zero takes the sign off a zero
+    """Return a point [m] rounded to a tenth of a millimetre."""
+    return round(x, 4) + 0.0, round(y, 4) + 0.0  # adding zero turns -0.0 into 0.0
 
 
 def is_inside(place: Point, corners: Sequence[Point]) -> bool:
-    """A place lies inside a polygon: a ray from it crosses the sides an odd number of times.
+    """Return whether a place is inside a polygon: a ray from it crosses an odd number of sides.
 
     Source: textbook (even-odd rule).
     """
@@ -100,7 +100,7 @@ def is_inside(place: Point, corners: Sequence[Point]) -> bool:
 
 
 def distance_from(place: Point, capsules: Capsules) -> float:
-    """From a place to the nearest capsule [m]; infinite if there is none."""
+    """Return the distance from a place to the nearest capsule [m]; infinite if there is none."""
     return min(
         (math.hypot(*from_axis(*place, capsule)) - capsule[4] for capsule in capsules),
         default=math.inf,

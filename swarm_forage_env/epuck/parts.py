@@ -1,7 +1,7 @@
-"""Parts of a scenario of e-pucks: arena, body, sensors, radio, and who starts where for how long.
+"""Parts of a scenario of e-pucks: arena, body, sensors, radio, and mission.
 
-Origin of a number is one of: published (the paper says so), derived (follows from what a paper
-says), chosen (no paper says; see the description). TR is Gutierrez et al. 2009, ANTS is
+The origin of a value is one of: published (stated in a paper), derived (follows from a statement of
+a paper), chosen (in no paper; see the description). TR is Gutierrez et al. 2009, ANTS is
 Gutierrez et al. 2008.
 """
 
@@ -15,7 +15,7 @@ from swarm_forage_env.parameters import BaseTask, Count, NotNegative, Parameters
 
 
 class Arena(Parameters):
-    """The walled floor, its centre at the origin, x along the long side."""
+    """Walled floor with its centre at the origin and x along the long side."""
 
     length: Positive = Field(1.7, description="Side along x [m]. TR Table 2 (published)")
     width: Positive = Field(1.2, description="Side along y [m]. TR Table 2 (published)")
@@ -41,7 +41,7 @@ class Arena(Parameters):
 
 
 class Robot(Parameters):
-    """The e-puck: a disc on two wheels."""
+    """Body of an e-puck: a disc on two wheels."""
 
     radius: Positive = Field(0.035, ge=1e-3, description="Body radius [m]. TR 6.1 (published)")
     axle: Positive = Field(
@@ -65,7 +65,7 @@ class Robot(Parameters):
 
 
 class Sensors(Parameters):
-    """The robot's own sensors and their noise."""
+    """Sensors of a robot and their noise."""
 
     proximity_noise: Share = Field(
         0.2, description="Infrared reading x (1 +- this), uniform. TR 6.1 (published)"
@@ -87,7 +87,7 @@ class Sensors(Parameters):
 
 
 class Radio(Parameters):
-    """The range-and-bearing board: who hears whom, and how badly."""
+    """Range-and-bearing radio: reception, message loss and measurement noise."""
 
     max_range: Positive = Field(
         0.15, description="Farthest sender heard, centre to centre [m]. TR 6.1 (published)"
@@ -135,7 +135,7 @@ class Radio(Parameters):
 
     @property
     def is_board(self) -> bool:
-        """Range comes from received power, as on the real board."""
+        """Whether the range is computed from received power, as on the real board."""
         return self.range_model == "board"
 
     @model_validator(mode="after")
@@ -150,7 +150,7 @@ class Radio(Parameters):
 
 
 class Mission(BaseTask):
-    """How many e-pucks there are, for how long, and where they start; a task adds its own."""
+    """Number of e-pucks, duration and start positions; a task adds its own parameters."""
 
     n_robots: Count = Field(10, description="Robots. TR Table 2 (published)")
     duration: Positive = Field(

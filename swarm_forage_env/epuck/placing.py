@@ -1,4 +1,4 @@
-"""Where e-pucks start: in a circle about the arena's centre, clear of each other."""
+"""Start positions of e-pucks: in a circle about the arena's centre, without overlaps."""
 
 import math
 
@@ -21,7 +21,7 @@ barrier: Kernel
 """Free names of the template."""
 
 SOURCES = tuple(map(NoiseSource, range(NoiseSource.ENCODER, NoiseSource.RADIO + 1)))
-"""What each column of a robot's streams is for."""
+"""Noise source of each column of a robot's random streams."""
 
 PLACE = int(NoiseSource.PLACE)
 CAUSES = tuple(map(int, SOURCES))
@@ -31,11 +31,11 @@ CAUSES = tuple(map(int, SOURCES))
 def place_in_circle(
     radius: float, apart: float, streams: Streams, out_pose: Float64[Array, "robots 3"]
 ) -> int:
-    """Put robots at random into a circle about the origin, none closer than `apart` [m].
+    """Place robots at random in a circle about the origin, none closer than `apart` [m].
 
-    Positions uniform among the free ones, headings uniform; when somebody finds no place,
-    all start over. Returns how many found a place in the last try: fewer than asked for
-    means that the circle is too full.
+    Positions are uniform among the free ones, headings are uniform. If a robot finds no place, all
+    are placed again. Returns the number of robots placed in the last attempt: fewer than all if
+    the circle is too full.
     """
     n_robots = out_pose.shape[0]
     placed = 0
@@ -52,7 +52,7 @@ def place_in_circle(
 def place_next(
     radius: float, apart: float, streams: Streams, i: int, out_pose: Float64[Array, "robots 3"]
 ) -> bool:
-    """Put robot i clear of robots 0 .. i - 1; false if 10,000 draws hit none of the free places."""
+    """Place robot i clear of robots 0 .. i - 1; return false if 10,000 draws find no free place."""
     for _ in range(10_000):
         r = radius * math.sqrt(unit(streams, i))
         angle = math.pi * symmetric(streams, i)
@@ -67,7 +67,7 @@ def place_next(
 
 @kernel
 def is_free(x: float, y: float, apart: float, pose: Float64[Array, "robots 3"], n: int) -> bool:
-    """No centre of the first n robots is closer to (x, y) than `apart` [m]."""
+    """Return whether none of the first n robots is closer to (x, y) than `apart` [m]."""
     for j in range(n):
         dx, dy = pose[j, 0] - x, pose[j, 1] - y
         if dx * dx + dy * dy < apart * apart:
@@ -86,10 +86,9 @@ def place_world(  # noqa: PLR0913 what robots start from, and where they are pla
     w: int,
     n_robots: int,
 ) -> None:
-    """Put the robots of a new world at their places, and streams and faults at its seed.
+    """Place the robots of a new world, and start their random streams and faults from its seed.
 
-    The first lane places all robots, as each keeps clear of those before it. Actions stay as they
-    were.
+    The first lane places all robots, as each must keep clear of those before it. Actions are kept.
     """
     robots, world, faults = world_arrays[0], world_arrays[1][w], world_arrays[6]
     for i in range(lane(), n_robots, lanes()):
@@ -123,9 +122,9 @@ def place_world(  # noqa: PLR0913 what robots start from, and where they are pla
 def place_worlds(
     world_arrays: Arrays, starts: Arrays, trouble: Trouble, first: int, last: int
 ) -> None:
-    """Put the robots of the worlds first .. last - 1 at their places, as `place_world` does.
+    """Place the robots of the worlds first .. last - 1, as `place_world` does.
 
-    `starts` are as in `World`. Free names: those of place_world.
+    `starts` are those of `World`. Free names: those of `place_world`.
     """
     first_robot, seeds, places, poses = starts
     for w in range(first, last):

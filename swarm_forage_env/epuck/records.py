@@ -1,11 +1,10 @@
-"""Records of e-pucks: the robot, its sensors and radio, and the world that it stands in.
+"""Records of e-pucks: the robot, its sensors and radio, and its world.
 
-A task adds what it counts by a subclass of `EpuckState` and one of `EpuckWorldState`.
+A task adds its own fields in subclasses of `EpuckState` and `EpuckWorldState`.
 
-What layers see is float32 in SI units, flags among it as 0 or 1, and lies in memory as an
-environment shows it in its observation: a policy that replaces a layer sees what the
-hand-written layer sees. Its typical sizes are the same in all scenarios, so that a policy can go
-from one to another.
+The inputs of layers are float32 in SI units, with flags as 0 or 1, and have the memory layout of
+observations: a policy that replaces a layer observes the inputs of the hand-written layer. Their
+typical sizes are the same in all scenarios, so that a policy can be used in other scenarios.
 """
 
 import math
@@ -19,11 +18,11 @@ from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.record import Record, field, flag
 
 SLACK = 1.01
-"""Room for the rounding to float32."""
+"""Factor that allows for rounding to float32."""
 
 
 def max_step(scenario: EpuckScenario) -> float:
-    """Path of a wheel in a tick, as its encoder reads it [m]; a worn encoder reads more."""
+    """Return the largest path of a wheel in a tick that its encoder, worn or not, reads [m]."""
     robot, noise = scenario.robot, scenario.sensors.wheel_noise
     speed, worn = robot.max_speed, scenario.faults.worn
     if worn.is_any:
@@ -32,26 +31,26 @@ def max_step(scenario: EpuckScenario) -> float:
 
 
 def max_turn(scenario: EpuckScenario) -> float:
-    """Turn in a tick, as the encoders read it [rad]."""
+    """Return the largest turn in a tick that the encoders read [rad]."""
     return 2.0 * max_step(scenario) / scenario.robot.axle
 
 
 def odometry_noise(scenario: EpuckScenario) -> tuple[str, str]:
-    """Error of distance and turn, in words."""
+    """Return the errors of distance and turn in words."""
     robot = scenario.robot
     error = scenario.sensors.wheel_noise * robot.cruise_speed * scenario.tick
     return f"+- {error:.3g} m", f"+- {2.0 * error / robot.axle:.3g} rad"
 
 
 def range_noise(scenario: EpuckScenario) -> str:
-    """How badly one frame measures the range, in words."""
+    """Return the error of the range of one frame in words."""
     if scenario.radio.is_board:
         return "lognormal, as the real board, each frame"
     return f"+- {scenario.radio.range_noise:g} m, each frame"
 
 
 def bearing_noise(scenario: EpuckScenario) -> str:
-    """How badly one frame measures a bearing, in words."""
+    """Return the error of a bearing of one frame in words."""
     return f"+- {scenario.radio.bearing_noise:.3g} rad, each frame"
 
 
@@ -65,12 +64,12 @@ ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO = range(6)
 
 
 class EpuckWorldState(Record):
-    """A world of e-pucks: its clock, and the numbers of its scenario as kernels read them."""
+    """World of e-pucks: its clock, and the scenario parameters in the form that kernels read."""
 
     ticks: int = field(np.int64)
     """Ticks since reset. Writer: tick."""
     has_moved: bool = field(np.bool_)
-    """The engine has moved the robots already in this tick. Writers: the engine, tick."""
+    """Whether the engine has already moved the robots in this tick. Writers: engine, tick."""
     dt: float = field(np.float64, unit="s")
     arena: Float64[Array, "2"] = field(np.float64, 2, unit="m")
     start_radius: float = field(np.float64, unit="m")
@@ -95,22 +94,22 @@ class EpuckWorldState(Record):
     slots: int = field(np.int64)
 
     reach: float = field(np.float64, unit="m")
-    """Robots within this of each other are listed as neighbours, centre to centre."""
+    """Distance within which robots are listed as neighbours, centre to centre."""
     n_obstacles: int = field(np.int64)
-    """Capsules in this world's row of `obstacles`; the rest of the row is padding."""
+    """Number of capsules in this world's row of `obstacles`; the rest is padding."""
     is_shadowed: bool = field(np.bool_)
-    """An obstacle between two robots keeps their messages from each other."""
+    """Whether an obstacle between two robots blocks their messages."""
     has_faults: bool = field(np.bool_)
-    """Some robots may be faulty."""
+    """Whether any robot may be faulty."""
     faults: FaultNumbers = field(FaultNumbers)
 
     is_crowded: bool = field(np.bool_)
-    """Robots overlap or obstacles stand, so that contacts are to be resolved; false between ticks.
-    Writer: tick."""
+    """Whether contacts must be resolved, as robots overlap or there are obstacles; false between
+    ticks. Writer: tick."""
 
 
 class Readings(Record):
-    """What the robot's own sensors say after a tick. Writer: tick."""
+    """Readings of the robot's sensors after a tick. Writer: tick."""
 
     proximity: Float32[Array, "8"] = field(
         np.float32,
@@ -120,7 +119,7 @@ class Readings(Record):
         high=1.0,
         noise=lambda scenario: f"x (1 +- {scenario.sensors.proximity_noise:g})",
     )
-    """Infrared, 1 at contact and 0 beyond 5 cm, at PROXIMITY_ANGLES of the body frame."""
+    """Infrared readings at PROXIMITY_ANGLES of the body frame: 1 at contact, 0 beyond 5 cm."""
     ground: Float32[Array, "3"] = field(
         np.float32,
         3,
@@ -140,14 +139,14 @@ class Readings(Record):
         names=(("distance", "turn"),),
         noise=odometry_noise,
     )
-    """Distance [m] and turn [rad] since the last tick, as the wheel encoders tell them."""
+    """Distance [m] and turn [rad] since the last tick, as measured by the wheel encoders."""
 
 
 class Heard(Record):
-    """The messages that reach a robot in a tick; slots from `n` on are zeros. Writer: tick."""
+    """Messages that a robot receives in a tick; slots from `n` on are zero. Writer: tick."""
 
     is_valid: Float32[Array, " slots"] = flag("slots", label="valid")
-    """The slot holds a message."""
+    """Whether the slot holds a message."""
     range_bearing: Float32[Array, "slots 3"] = field(
         np.float32,
         "slots",
@@ -170,49 +169,49 @@ class Heard(Record):
         high=lambda scenario: float(scenario.radio.frames),
         label="frames",
     )
-    """Frames averaged into the measurement: several while the receiver stands still."""
+    """Number of frames averaged in the measurement: several while the receiver stands still."""
     n: int = field(np.int32)
-    """Messages heard."""
+    """Number of messages received."""
     sender: Int32[Array, " slots"] = field(np.int32, "slots")
-    """Which robot of the same world sent it: 0 .. N - 1; stale from `n` on."""
+    """Index of the sender in the same world: 0 .. N - 1; stale from `n` on."""
 
 
 class Command(Record):
-    """What a controller tells a robot to do in the next tick. Writer: decide."""
+    """Command of a controller to a robot for the next tick. Writer: decide."""
 
     wheels: Float32[Array, "2"] = field(
         np.float32, 2, unit="of cruise speed", names=(WHEELS,), **SPEED
     )
-    """Speed of the left and right wheel; the motors reach robot.max_speed at most."""
+    """Speed of the left and right wheel, limited to robot.max_speed by the motors."""
     is_speaking: bool = field(np.bool_)
-    """The robot broadcasts its message."""
+    """Whether the robot broadcasts its message."""
 
 
 class Action(Record):
-    """What a learner does with the layers of one robot. Writer: the environment."""
+    """Action of a learner on the layers of one robot. Writer: the environment."""
 
     weighting: int = field(np.int8)
-    """KEEP or REPLACE the hand-written weighting."""
+    """Effect on the hand-written weighting: KEEP or REPLACE."""
     motion: int = field(np.int8)
-    """KEEP, REPLACE, CORRECT or COURSE: what becomes of the hand-written motion."""
+    """Effect on the hand-written motion: KEEP, REPLACE, CORRECT or COURSE."""
     has_reflexes: bool = field(np.bool_)
-    """Where a learner steers, the reflexes of the hand-written motion come first."""
+    """Whether the reflexes of the hand-written motion override a learner that steers."""
     is_walking: bool = field(np.bool_)
-    """Where a learner steers, the random walk of the hand-written motion goes on."""
+    """Whether the random walk of the hand-written motion continues while a learner steers."""
     weight: Float32[Array, " areas"] = field(
         np.float32, 2, unit="weight", low=0.0, high=1.0, names=(AREAS,), label="g"
     )
-    """Weight in [0, 1] of what was heard about each area; of no effect where no exchange just
-    ended."""
+    """Weight in [0, 1] of the received estimate of each area; without effect unless an exchange
+    has just ended."""
     wheels: Float32[Array, "2"] = field(
         np.float32, 2, unit="of cruise speed", names=(WHEELS,), **SPEED
     )
-    """Speed of the left and right wheel, or what is added to it; under COURSE the speed, and the
+    """Speed of the left and right wheel, or a correction of it; with COURSE the speed, and the
     angle off the course as a share of WIDEST_OFF_COURSE."""
 
 
 class EpuckState(Record):
-    """The truth about one e-puck, and what it senses, hears and does."""
+    """State of one e-puck: ground truth, readings, received messages, command and action."""
 
     pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """x, y [m] and heading [rad] in the world frame. Writers: engine, tick; reset."""
@@ -223,17 +222,17 @@ class EpuckState(Record):
     streams: UInt64[Array, "6"] = field(np.uint64, 6)
     """Random streams: ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO. Writer: tick."""
     rays: Float64[Array, "8"] = field(np.float64, 8, unit="m", start=np.inf)
-    """Length of each infrared ray from the rim; infinite beyond its reach. Writer: tick."""
+    """Length of each infrared ray from the rim; infinite beyond its range. Writer: tick."""
     reward: float = field(np.float32)
-    """What the robot earned in the last tick. Writer: the task's `score`."""
+    """Reward of the robot in the last tick. Writer: the task's `score`."""
     messages: int = field(np.int32)
-    """Messages heard. Writer: tick."""
+    """Number of messages received so far. Writer: tick."""
     readings: Readings = field(Readings)
     heard: Heard = field(Heard)
     command: Command = field(Command)
     action: Action = field(Action)
 
     is_faulty: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
-    """A fault of each of KINDS is in effect. Writer: tick."""
+    """Whether a fault of each of KINDS is in effect. Writer: tick."""
     is_silent: bool = field(np.bool_)
-    """A fault keeps all that the robot says from being sent. Writer: tick."""
+    """Whether a fault prevents the robot from sending messages. Writer: tick."""

@@ -1,4 +1,4 @@
-"""A scenario of e-pucks: every number that a world of them has, whatever their task is."""
+"""Scenario of e-pucks: all parameters of a world that do not depend on the task."""
 
 from typing import ClassVar, Self
 
@@ -22,19 +22,19 @@ MAX_START_DENSITY = 0.45
 """Share of the start circle that robots may cover; random placement jams at 0.547."""
 
 MAX_STEP = 1.5
-"""Way of a robot in a tick, at most, in radii: two that meet at twice that may overlap fully, so
-that nobody can tell to which side they belong."""
+"""Largest path of a robot in a tick, in radii. With a longer one, two robots that meet could
+overlap fully, so that their sides cannot be told apart."""
 
 MAX_CELLS, MAX_NEIGHBOURS = 10**7, 10**8
-"""Sizes of the lists of neighbours of a world, which take 4 bytes for each."""
+"""Largest sizes of the neighbour lists of a world, with 4 bytes per entry."""
 
 MAX_STEP_BY_OBSTACLES = 0.5
-"""A robot drives less than this share of its radius in a tick where there are obstacles, so that
-no contact moves its centre across a wall."""
+"""Largest path of a robot in a tick in a world with obstacles, in radii, so that no contact moves
+its centre across a wall."""
 
 
 class EpuckScenario(BaseScenario):
-    """Everything that fixes a world of e-pucks but its seed; a task replaces `task` by its own."""
+    """Parameters of a world of e-pucks; a task replaces `task` by a subclass of it."""
 
     fixed: ClassVar[tuple[str, ...]] = ("task.n_robots", "radio.slots")
 
@@ -66,7 +66,7 @@ class EpuckScenario(BaseScenario):
         return self
 
     def _check_start(self) -> None:
-        """ValueError if robots would start outside the arena or too close to each other."""
+        """Raise ValueError if robots would start outside the arena or too close to each other."""
         task, arena, radius = self.task, self.arena, self.robot.radius
         widest = 0.5 * min(arena.length, arena.width) - radius
         if task.start_radius > widest + ROUNDING:
@@ -82,7 +82,7 @@ class EpuckScenario(BaseScenario):
             )
 
     def _check_speed(self) -> None:
-        """ValueError if a robot could drive through another or through a wall within a tick."""
+        """Raise ValueError if a robot could pass through another one or a wall within a tick."""
         robot, tick = self.robot, self.tick
         limit = MAX_STEP * robot.radius / tick
         if robot.cruise_speed > limit + ROUNDING:
@@ -99,7 +99,7 @@ class EpuckScenario(BaseScenario):
             )
 
     def _check_memory(self) -> None:
-        """ValueError for a world whose lists of neighbours would not fit into memory."""
+        """Raise ValueError if the neighbour lists would not fit into memory."""
         arena, radius, n_robots = self.arena, self.robot.radius, self.task.n_robots
         reach = max(self.radio.max_range, 2.0 * radius)
         if arena.length * arena.width / reach**2 > MAX_CELLS:
@@ -117,7 +117,7 @@ class EpuckScenario(BaseScenario):
             )
 
     def _check_clear(self, what: str, centre: Point, radius: float) -> None:
-        """ValueError if a circle [m] touches an obstacle or the outer wall, or lies beyond them.
+        """Raise ValueError if a circle [m] overlaps an obstacle or is not inside the outer wall.
 
         `what` names the circle in the message.
         """
@@ -137,13 +137,13 @@ class EpuckScenario(BaseScenario):
 
     @property
     def falsifying(self) -> tuple[str, ...]:
-        """What in it changes the messages of robots, by dotted name."""
+        """Faults in the scenario that change messages, by dotted name."""
         kinds = {"liar": self.faults.liar, "stale": self.faults.stale}
         return tuple(f"faults.{name}" for name, kind in kinds.items() if kind.is_any)
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:
-        """Centres of the areas on the floor at the start, world frame [m]; here none."""
+        """Centres of the areas at the start, world frame [m]; none unless a task defines them."""
         return np.zeros((0, 2))
 
     @property
@@ -153,5 +153,5 @@ class EpuckScenario(BaseScenario):
 
     @property
     def false_place_distance(self) -> float:
-        """How far from the true place a place that liars agree on is at least [m]."""
+        """Smallest distance of a place that liars agree on from the true place [m]."""
         return 0.0

@@ -1,4 +1,4 @@
-"""Sensors of the e-puck: each turns the truth into the readings of one robot, noise and all."""
+"""Sensors of the e-puck: noisy readings of one robot from the ground truth."""
 
 import math
 
@@ -42,14 +42,14 @@ from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
 
 brightness_at: Kernel
-"""Free name of the row template: what the task's floor looks like."""
+"""Free name of the row template: the brightness of the task's floor."""
 
 
 @kernel
 def read_encoders(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> None:
-    """Distance [m] and turn [rad] of the tick, from noisy encoders.
+    """Write the distance [m] and turn [rad] of the tick, from noisy encoders.
 
-    A robot that is pushed or blocked does not notice; a worn one misreads its wheels.
+    Pushed or blocked robots read the turning of their wheels only; worn ones misread it.
     """
     dU_l, dU_r, error = robot.wheels[0] * world.dt, robot.wheels[1] * world.dt, world.encoder_error
     if robot.is_faulty[WORN]:
@@ -63,7 +63,7 @@ def read_encoders(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> No
 
 @row_template
 def read_ground(robot: EpuckState, world: EpuckWorldState) -> None:
-    """Brightness times 1 +- noise under the left, middle and right sensor."""
+    """Write the brightness times 1 +- noise under the left, middle and right sensor."""
     c, s = robot.heading[0], robot.heading[1]
     for sensor in range(3):
         dx, dy = to_outer(world.ground_ahead, (1 - sensor) * world.ground_spacing, c, s)
@@ -85,7 +85,7 @@ def shorten_rays_at_walls(robot: EpuckState, world: EpuckWorldState) -> None:
 
 @kernel
 def cast_rays_at_obstacles(robot: EpuckState, world: EpuckWorldState, obstacles: Capsules) -> None:
-    """Set the infrared rays of a robot to their lengths up to the obstacles; else infinite."""
+    """Set the infrared rays of a robot to their lengths up to the obstacles, else infinity."""
     robot.rays[:] = math.inf
     for k in range(obstacles.shape[0]):
         dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
@@ -95,7 +95,7 @@ def cast_rays_at_obstacles(robot: EpuckState, world: EpuckWorldState, obstacles:
 
 @kernel
 def shorten_rays_at_obstacle(robot: EpuckState, world: EpuckWorldState, capsule: Capsule) -> None:
-    """Shorten the rays of a robot that a capsule stands in the way of."""
+    """Shorten the infrared rays of a robot that hit a capsule."""
     x, y, c, s = robot.pose[0], robot.pose[1], robot.heading[0], robot.heading[1]
     for ray in range(8):
         u = c * RAY_COS[ray] - s * RAY_SIN[ray]
@@ -106,9 +106,9 @@ def shorten_rays_at_obstacle(robot: EpuckState, world: EpuckWorldState, capsule:
 
 @kernel
 def cast_rays(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> bool:
-    """Find the length of each infrared ray of robot i; false if nothing is in reach at all.
+    """Write the length of each infrared ray of robot i; return false if nothing is in range.
 
-    Where there are obstacles, the rays end at those already.
+    If there are obstacles, the rays must already end at them.
     """
     robot, reach = swarm[i], 2.0 * world.radius + SENSING_RANGE
     is_any_near = world.n_obstacles > 0
@@ -133,9 +133,9 @@ def cast_rays(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) ->
 
 @kernel
 def read_proximity(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> None:
-    """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1.
+    """Write the responses of the infrared sensors times 1 +- noise, at most 1.
 
-    A blind robot reads 0.
+    The readings of a blind robot are 0.
     """
     robot = swarm[i]
     if not cast_rays(swarm, i, near, world) or robot.is_faulty[BLIND]:
@@ -151,7 +151,7 @@ def read_proximity(swarm: Array, i: int, near: Neighbours, world: EpuckWorldStat
 
 @kernel
 def is_shadowed(robot: EpuckState, sender: EpuckState, obstacles: Capsules) -> bool:
-    """An obstacle stands between the centres of two robots."""
+    """Return whether an obstacle is between the centres of two robots."""
     here, there = robot.pose, sender.pose
     for k in range(obstacles.shape[0]):
         if is_between(here[0], here[1], there[0], there[1], obstacles[k]):
@@ -161,9 +161,9 @@ def is_shadowed(robot: EpuckState, sender: EpuckState, obstacles: Capsules) -> b
 
 @kernel
 def sort_shadowed_last(swarm: Array, i: int, near: Neighbours, obstacles: Capsules) -> int:
-    """Put the neighbours of robot i that an obstacle hides last in its row; the number of others.
+    """Move the neighbours of robot i that are hidden by obstacles to the end of its row.
 
-    The neighbours that stay in front keep no order.
+    Returns the number of the other neighbours, which are not kept in order.
     """
     n_open = near[i, COUNT]
     k = 0
@@ -179,7 +179,7 @@ def sort_shadowed_last(swarm: Array, i: int, near: Neighbours, obstacles: Capsul
 
 @kernel
 def keep_slots(heard: Heard, n: int) -> None:
-    """Keep the first n message slots, and clear those after them that were used before."""
+    """Keep the first n message slots, and clear the other slots in use."""
     for slot in range(n, heard.n):
         heard.is_valid[slot] = heard.n_averaged[slot] = 0.0
         for k in range(3):
@@ -189,9 +189,9 @@ def keep_slots(heard: Heard, n: int) -> None:
 
 @kernel
 def receive_messages(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> None:
-    """Which messages reach robot i, and from where they seem to come.
+    """Write the messages that robot i receives, with measured range and bearings.
 
-    Of more messages than slots, each is equally likely to be heard (reservoir sampling).
+    If more messages arrive than there are slots, each is equally likely (reservoir sampling).
     """
     robot, arrived = swarm[i], 0
     for k in range(FIRST, FIRST + near[i, COUNT]):
@@ -220,9 +220,9 @@ def receive_messages(swarm: Array, i: int, near: Neighbours, world: EpuckWorldSt
 def measure_range_bearing(
     robot: EpuckState, sender: EpuckState, slot: int, world: EpuckWorldState
 ) -> None:
-    """Range [m], bearing and bearing back [rad] of the sender in a slot, with noise.
+    """Write range [m], bearing and bearing back [rad] of the sender in a slot, with noise.
 
-    A receiver at rest averages several frames, a moving one has a single frame.
+    A receiver at rest averages several frames, a moving one uses a single frame.
     """
     is_at_rest = robot.wheels[0] == 0.0 and robot.wheels[1] == 0.0
     frames = world.frames if is_at_rest else 1

@@ -1,4 +1,4 @@
-"""Who is near whom in a world."""
+"""Lists of the neighbours of each robot in a world."""
 
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
@@ -12,27 +12,27 @@ lanes: Kernel
 """Free names of the row templates."""
 
 Neighbours = Int32[Array, "robots columns"]
-"""Who is near whom in a world: a row for each robot."""
+"""Neighbour list of a world: one row for each robot, with columns COUNT, NEXT, FIRST ..."""
 
 COUNT, NEXT, FIRST = 0, 1, 2
-"""Columns of a robot's row of `near`: how many neighbours it has, the next robot in its cell,
-and where the neighbours' numbers start."""
+"""Columns of a robot's row of `near`: the number of neighbours, the next robot in its cell, and the
+first of the neighbours' indices."""
 
 
 FEW = 16
-"""Up to this number of robots a list of cells takes longer to keep than all pairs to compare."""
+"""Up to this number of robots, comparing all pairs is faster than a list of cells."""
 
 
 @kernel
 def is_within_reach(swarm: Array, i: int, j: int, world: EpuckWorldState) -> bool:
-    """Two robots are neighbours."""
+    """Return whether two robots are neighbours."""
     dx, dy = swarm[j].pose[0] - swarm[i].pose[0], swarm[j].pose[1] - swarm[i].pose[1]
     return bool(dx * dx + dy * dy < world.reach * world.reach)
 
 
 @kernel
 def note_neighbour(near: Neighbours, i: int, j: int) -> None:
-    """Enter robot j in the row of robot i, in order, if there is room; it is counted anyway."""
+    """Insert robot j into the row of robot i, in order, if there is room; count it in any case."""
     n = near[i, COUNT]
     near[i, COUNT] += 1
     if FIRST + n >= near.shape[1]:
@@ -46,7 +46,7 @@ def note_neighbour(near: Neighbours, i: int, j: int) -> None:
 
 @kernel
 def largest_count(near: Neighbours) -> int:
-    """The most neighbours that a robot has; all counts are cut to the room in a row."""
+    """Return the largest number of neighbours, and limit all counts to the room in a row."""
     most = 0
     for i in range(near.shape[0]):
         most = max(most, near[i, COUNT])
@@ -56,7 +56,7 @@ def largest_count(near: Neighbours) -> int:
 
 @kernel
 def compare_all_pairs(swarm: Array, near: Neighbours, world: EpuckWorldState) -> int:
-    """`find_neighbours` without cells."""
+    """List the neighbours of each robot as `find_neighbours` does, without cells."""
     for i in range(swarm.shape[0]):
         near[i, COUNT] = 0
         for j in range(i):
@@ -70,10 +70,10 @@ def compare_all_pairs(swarm: Array, near: Neighbours, world: EpuckWorldState) ->
 def find_neighbours(
     swarm: Array, near: Neighbours, cells: Int32[Array, " cells"], world: EpuckWorldState
 ) -> int:
-    """List for each robot those within `reach`; the largest number of them that any robot has.
+    """List the robots within `reach` of each robot; return the largest number of neighbours.
 
-    The numbers in a robot's row ascend; those for whom there is no room are left out, and the
-    return value tells. `cells` must hold EMPTY everywhere, and does again afterwards.
+    The indices in a row ascend. Neighbours without room in a row are left out, but are counted in
+    the return value. `cells` must be EMPTY everywhere, and is EMPTY again afterwards.
     """
     n_x, n_y = cells_of(world.arena[0], world.reach), cells_of(world.arena[1], world.reach)
     for i in range(swarm.shape[0]):
@@ -100,9 +100,9 @@ def find_neighbours(
 
 @kernel
 def find_neighbours_of(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> int:
-    """Write the row of robot i as `find_neighbours` does; how many neighbours it has.
+    """Write the row of robot i as `find_neighbours` does; return its number of neighbours.
 
-    All other robots are looked at, which needs no list of cells to be shared.
+    It compares the robot with all others, so that lanes share no list of cells.
     """
     n_near, room = 0, near.shape[1] - FIRST
     for j in range(swarm.shape[0]):
@@ -122,7 +122,7 @@ def list_by_cells(
     world: EpuckWorldState,
     n_robots: int,
 ) -> int:
-    """List the neighbours of all robots in one lane: quickest on a CPU. The most that one has."""
+    """List neighbours in a single lane, fastest on a CPU; return the largest number."""
     if n_robots == 0:
         return 0
     if n_robots <= FEW:
@@ -138,9 +138,9 @@ def list_by_robots(
     world: EpuckWorldState,
     n_robots: int,
 ) -> int:
-    """List the neighbours of each robot by itself: what lanes can share.
+    """List the neighbours of each robot separately, so that lanes share the work.
 
-    The most that a robot of this lane has.
+    Returns the largest number of neighbours of the robots of this lane.
     """
     most = 0
     for i in range(lane(), n_robots, lanes()):

@@ -1,8 +1,8 @@
-"""A task of e-pucks: a user's few answers, and the `Task` that they make.
+"""User-defined tasks of e-pucks: `EpuckTask`, which makes the `Task`.
 
-Robots have body, sensors, radio, contacts and faults of the e-puck, and no estimator: a motion, a
-policy of `learn="motion"` too, uses what the sensors report. Every face, command and engine, and a
-GPU, then run the task.
+Robots have the body, sensors, radio, contacts and faults of the e-puck, and no estimator: a motion,
+or a policy of `learn="motion"`, uses the sensor readings. All APIs, commands and engines, and a
+GPU, can run the task.
 """
 
 from collections.abc import Callable, Mapping
@@ -39,11 +39,11 @@ from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import TASKS, Task
 
 WHEELS = paths("", "robots.action", Action, "wheels")
-"""What a policy of the motion gives."""
+"""Fields that a policy of the motion writes."""
 
 
 def slots(scenario: EpuckScenario) -> Mapping[str, int]:
-    """How many message slots are observed in a scenario."""
+    """Return the number of message slots observed in a scenario."""
     return {"slots": scenario.radio.slots}
 
 
@@ -61,7 +61,7 @@ STEERINGS = {
         choices=((1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (-1.0, 1.0), (1.0, -1.0)),
     ),
 }
-"""How a policy can steer, by the name that `action` takes; the first is the usual one."""
+"""Forms of steering by the value of `action`; the first is the default."""
 
 MOTION = PolicyInterface(
     (
@@ -75,52 +75,52 @@ MOTION = PolicyInterface(
     decision_period=10,
     can_correct=True,
 )
-"""The motion of a robot without an estimator: it sees what the sensors say, and who is near."""
+"""Policy interface of the motion of a robot without an estimator: sensors and radio."""
 
 
 DRIVING = ("driving", "", "", "", "")
-"""What a robot without an estimator is doing, by the codes of `Scene.doing`."""
+"""States of a robot without an estimator, by the codes of `Scene.doing`."""
 
 FAMILY = "epuck"
-"""Layers that are made for it run in every task that is made here."""
+"""Family of the tasks made here; layers for this family run in all of them."""
 
 ON_GPU: Mapping[str, Kernel] = {"list_neighbours": list_by_robots}
-"""What a GPU does otherwise than a CPU."""
+"""Functions that replace those of a CPU on a GPU."""
 
 
 @kernel
 def log_messages(
     robot: EpuckState, mind: Record, world: EpuckWorldState, row: Float64[Array, " infos"]
 ) -> None:
-    """Log how many messages a robot has heard."""
+    """Log the number of messages that a robot has received."""
     row[0] = robot.messages
 
 
 @dataclass(frozen=True, kw_only=True)
 class EpuckTask:
-    """What only the author of a task of e-pucks can say."""
+    """Definition of a task of e-pucks."""
 
     name: str
     scenario: type[EpuckScenario]
-    """Every number of a world; its part `task` is the task's own."""
+    """Parameters of a world; its part `task` holds those of the task."""
     world: type[EpuckWorld]
-    """Its records, and the functions of its tick: see `epuck.tick`."""
+    """World with its records and the functions of its tick: see `epuck.tick`."""
     controller: str
     """Default controller."""
     episode: EpisodeKind
-    """What an episode is judged by."""
+    """Metrics of an episode."""
     headings: tuple[str, str]
-    """What the score and the share are called that a picture shows."""
+    """Names of the score and of the share that a picture shows."""
     shown: Callable[[Any, int], tuple[Array, float]]
-    """The score of each robot of one world, a whole number, and a share in [0, 1]."""
+    """Returns the integer score of each robot of one world, and a share in [0, 1]."""
 
     infos: tuple[str, ...] = ("messages",)
-    """What is logged of each robot, by name."""
+    """Names of the logged values of each robot."""
     log: Kernel = log_messages
-    """Writes it: of a robot, what it keeps, its world, and the row of numbers."""
+    """Writes the logged values; arguments: robot, its estimator record, world and output row."""
 
     def register(self) -> Task:
-        """Enter the task, as the rest of the code knows it, under its name."""
+        """Make the `Task`, register it under its name and return it."""
         task = Task(
             name=self.name,
             family=FAMILY,
@@ -161,22 +161,22 @@ class EpuckTask:
 
 
 class SwarmState(GlobalState):
-    """What is true in a block of worlds, flat: where each robot is, and the time."""
+    """Global state of a block of worlds as one row each: the pose of each robot, and the time."""
 
     def __init__(self, infos: tuple[str, ...], log: Kernel, *of_worlds: Any) -> None:  # noqa: ANN401 as the base
-        """The truth about these worlds, of whose robots these infos are logged."""
+        """Make the global state of these worlds, with these logged values."""
         self.infos, self.logs = infos, (log, log)
         super().__init__(*of_worlds)
 
     def robot_features(self) -> list[Feature]:
-        """Where a robot is, and its heading."""
+        """Return the features of a robot: its position and heading."""
         arena = self._scenario.arena
         half = {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
         place = [Feature(axis, "m", -far, far) for axis, far in half.items()]
         return [*place, *(Feature(name, "heading", -1.0, 1.0) for name in ("cos", "sin"))]
 
     def of_robots(self) -> list[Array]:
-        """The same numbers of all robots."""
+        """Return these features of all robots."""
         return [self._world.robots["pose"][:, :, :2], self._world.robots["heading"]]
 
 

@@ -1,12 +1,12 @@
-"""The tick of a world of e-pucks: everyone moves, is scored, senses and hears.
+"""Tick of a world of e-pucks: robots move, are scored, sense and receive messages.
 
-A task fills four free names:
+A task binds four free names:
 
-- `begin_world(world)` and `begin_tick(world)`: what happens in the world as it begins, and in each
-  tick before robots move;
-- `brightness_at(x, y, world)`: what the floor looks like, black 0 to white 1;
-- `score(swarm, i, world)`: writes the reward of robot i. Robots are scored side by side: it may
-  read all of `swarm` that no score writes, and writes to robot i alone.
+- `begin_world(world)` and `begin_tick(world)`: changes of the world at its start, and in each tick
+  before robots move;
+- `brightness_at(x, y, world)`: brightness of the floor, from 0 (black) to 1 (white);
+- `score(swarm, i, world)`: writes the reward of robot i. Robots are scored in parallel: it may read
+  all of `swarm` that no score writes, and must write to robot i only.
 """
 
 from swarm_forage_env.arrays import Array, Float64
@@ -40,12 +40,12 @@ list_neighbours: Kernel
 begin_world: Kernel
 begin_tick: Kernel
 score: Kernel
-"""Free names of the templates: lanes, a way to list neighbours, and what the task does."""
+"""Free names of the templates: lanes, the listing of neighbours, and functions of the task."""
 
 
 @kernel
 def set_wheels(robot: EpuckState, world: EpuckWorldState) -> None:
-    """Turn the wheels as commanded, as far as the motors go [m/s]; those of a dead robot stand."""
+    """Set the wheel speeds [m/s] to the command, within the motor limits; 0 for a dead robot."""
     if robot.is_faulty[DEAD]:
         robot.wheels[0] = robot.wheels[1] = 0.0
         return
@@ -56,7 +56,7 @@ def set_wheels(robot: EpuckState, world: EpuckWorldState) -> None:
 
 @kernel
 def drive(robot: EpuckState, world: EpuckWorldState) -> None:
-    """Move a robot for a tick as its wheels turn."""
+    """Move a robot by the path of its wheels in a tick."""
     dU_l, dU_r = robot.wheels[0] * world.dt, robot.wheels[1] * world.dt
     if dU_l != 0.0 or dU_r != 0.0:
         drho, dtheta = wheels_to_arc(dU_l, dU_r, world.axle)
@@ -66,7 +66,7 @@ def drive(robot: EpuckState, world: EpuckWorldState) -> None:
 
 @kernel
 def is_overlapping(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> bool:
-    """Robot i may overlap a neighbour with a lower number."""
+    """Return whether robot i may overlap a neighbour with a lower index."""
     apart = 2.0 * world.radius * 1.000001
     for k in range(FIRST, FIRST + near[i, COUNT]):
         j = near[i, k]
@@ -84,8 +84,8 @@ def keep_apart(
 ) -> None:
     """Keep robots inside the walls, apart from each other and out of obstacles.
 
-    Contacts are resolved one after the other, by the first lane, and only in a world in which
-    robots overlap or obstacles stand.
+    The first lane resolves the contacts, one after the other, and only in a world in which robots
+    overlap or that has obstacles.
     """
     leads = n_robots > 0 and lane() == 0
     if leads:
@@ -106,7 +106,7 @@ def keep_apart(
 
 @row_template
 def move_all(swarm: Array, world: EpuckWorldState, n: int, n_moving: int) -> None:
-    """Begin a tick: the task does its part, and robots drive unless an engine moved them."""
+    """Begin a tick: run the task's functions, and drive robots unless an engine moved them."""
     leads = n > 0 and lane() == 0
     if leads and n_moving == 0:
         begin_world(world)
@@ -131,7 +131,7 @@ def score_all(
     n: int,
     n_moving: int,
 ) -> None:
-    """Score the robots that moved; those of a world that begins have heard nobody yet."""
+    """Score the robots that moved; in a world that begins, clear their message counts."""
     for i in range(lane(), n, lanes()):
         swarm[i].heading[0], swarm[i].heading[1] = cos_sin(swarm[i].pose[2])
     barrier()
@@ -148,9 +148,9 @@ def score_all(
 
 @row_template
 def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving: int) -> None:
-    """One tick of the n robots of a world: all move, are scored, sense and hear.
+    """Run one tick of the n robots of a world: they move, are scored, sense and receive messages.
 
-    None are moving in a world that begins: all sense, and nobody has spoken yet.
+    In a world that begins (`n_moving` is 0) robots only sense.
     """
     robots, worlds, near, cells, obstacles, earned, all_faults = world_arrays[:7]
     swarm, faults, world = robots[w], all_faults[w], worlds[w]
@@ -177,9 +177,9 @@ def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving:
 def hear(
     swarm: Array, i: int, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> None:
-    """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides.
+    """Deliver messages to robot i; with a shadowed radio, only from senders not behind obstacles.
 
-    None reach a deaf robot.
+    A deaf robot receives none.
     """
     if swarm[i].is_faulty[DEAF]:
         keep_slots(swarm[i].heard, 0)

@@ -1,4 +1,4 @@
-"""EpuckWorld: a block of worlds of e-pucks, as structured arrays; a task says what they are for."""
+"""EpuckWorld: a block of worlds of e-pucks as structured arrays, the base of all their tasks."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 
 SLACK = 0.02
-"""Neighbours are listed this much beyond the reach [m], so that resolving contacts adds none."""
+"""Margin of the neighbour list [m], so that resolving contacts adds no neighbours."""
 
 TICK: Mapping[str, Kernel] = {
     "tick_world": tick_world,
@@ -36,16 +36,16 @@ TICK: Mapping[str, Kernel] = {
     "begin_tick": nothing,
     "place_world": place_world,
 }
-"""What templates of worlds have free names for on a CPU; a task adds its functions."""
+"""Functions bound to the free names of templates on a CPU; a task adds its own."""
 
 place_all = bind(place_worlds, {})
 cells_of = entry_point(neighbours.cells_of)
 
 
 class EpuckWorld(World):
-    """Worlds that run side by side, each from its own seed and under its own numbers.
+    """Worlds that run in parallel, each with its own seed and scenario parameters.
 
-    A world in a block goes through the same states as the same world alone, bit for bit.
+    A world in a block has the same states as the same world alone, bit for bit.
     """
 
     scenarios: tuple[EpuckScenario, ...]
@@ -56,10 +56,10 @@ class EpuckWorld(World):
     def __init_subclass__(
         cls, robot: type[EpuckState], world: type[EpuckWorldState], functions: Mapping[str, Kernel]
     ) -> None:
-        """The records of robots and worlds, with what a task adds, and the functions of its tick.
+        """Set the records of robots and worlds of a task, and the functions of its tick.
 
-        `epuck.tick` says which; `begin_world` and `begin_tick` may be left out, and do nothing.
-        ConfigError for others, which no tick would call, and without those that it calls.
+        `epuck.tick` describes these functions; `begin_world` and `begin_tick` are optional. Raises
+        ConfigError for unknown or missing functions.
         """
         if wrong := functions.keys() - {"begin_world", "begin_tick"} ^ {"brightness_at", "score"}:
             raise ConfigError(
@@ -71,23 +71,23 @@ class EpuckWorld(World):
     def __init__(
         self, scenarios: Sequence[EpuckScenario], seeds: Sequence[int], physics: str = "rigid"
     ) -> None:
-        """One world for each scenario, whose robots start from its seed: nobody has sensed yet.
+        """Make one world for each scenario, and place its robots by its seed; none has sensed yet.
 
-        The scenarios have the same number of robots. Without seeds nobody has a place.
+        All scenarios must have the same number of robots. Without seeds, robots are not placed.
         """
         super().__init__(scenarios)
         shape = (self.n_worlds, self.n_robots)
         n_slots = max(scenario.radio.slots for scenario in scenarios)
         self.robots = np.zeros(shape, self.robot_kind.dtype(slots=n_slots))
-        """The truth about every robot; writing to it changes the worlds."""
+        """Record of each robot, shape (worlds, robots); writing to it changes the worlds."""
         self.faults = np.zeros(shape, Fault.dtype())
-        """What is wrong with every robot, or will be."""
+        """Present and future faults of each robot."""
         self.worlds = self.world_kind.array((self.n_worlds,))
-        """Clock and numbers of every world."""
+        """Clock and scenario parameters of each world."""
         self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, FIRST), np.int32)
-        """Who is near whom, as `find_neighbours` lists it."""
+        """Neighbour lists, as written by `find_neighbours`."""
         self.obstacles: Float64[Array, "worlds obstacles 5"] = np.zeros((self.n_worlds, 0, 5))
-        """Capsules of every world, as many as `n_obstacles` of it says; zeros after them."""
+        """Capsules of each world; the first `n_obstacles` are valid, the rest zeros."""
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
         places = np.zeros(shape, np.uint64), np.zeros((*shape, 3))
         first_robot = self.robot_kind.array((1,), slots=n_slots)
@@ -100,10 +100,10 @@ class EpuckWorld(World):
 
     @staticmethod
     def write_task(scenario: Any, out_worlds: Array) -> None:  # noqa: ANN401 of its task
-        """Write the numbers that the task adds to the records of worlds of a scenario."""
+        """Write the task's parameters of a scenario to the records of its worlds."""
 
     def write_parameters(self, first: int, last: int) -> None:
-        """Write the numbers of these worlds' scenario, and make room for neighbours and cells."""
+        """Write the scenario parameters of these worlds, and make room for neighbours and cells."""
         scenario, worlds = self.scenarios[first], self.worlds[first:last]
         if scenario.faults.is_any or worlds["has_faults"].any():
             name_faulty(scenario, self.faults[first:last])
@@ -118,7 +118,7 @@ class EpuckWorld(World):
         self.obstacles[first:last, : len(standing)] = standing
 
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
-        """Put the robots at their starting places and their streams at the seeds of the worlds."""
+        """Place the robots, and start their random streams from the seeds of the worlds."""
         self.starts[1][first:last] = seeds
         place_all(self.arrays[:7], self.starts, self.trouble, first, last)
         for w in range(first, last):
@@ -126,33 +126,33 @@ class EpuckWorld(World):
 
     @property
     def arrays(self) -> tuple[Array, ...]:
-        """The arrays that the templates of a tick are handed."""
+        """Arrays that the templates of a tick take."""
         own = self.robots, self.worlds, self.near, self._cells, self.obstacles
         return (*own, self.earned, self.faults, *self._physics.arrays)
 
     @property
     def functions(self) -> Mapping[str, Kernel]:
-        """What `run_ticks` has free names for."""
+        """Functions bound to the free names of `run_ticks`."""
         return {**TICK, **self.task_functions, "move_world": self._physics.move_world}
 
     def move(self, first: int, last: int) -> None:
-        """Let an engine in Python move the robots of the worlds first .. last - 1."""
+        """Move the robots of the worlds first .. last - 1 if the engine is not compiled."""
         if not self.is_compiled:
             engine: Any = self._physics
             engine.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
 
     def snapshot(self) -> dict[str, Any]:
-        """All that the next ticks depend on: arrays, scenarios, and what the engine remembers."""
+        """Return the full state: arrays, scenarios and the state of the engine."""
         return super().snapshot() | {"_physics": self._physics.snapshot()}
 
     def restore(self, kept: Mapping[str, Any]) -> None:
-        """Go on as when that snapshot was taken."""
+        """Continue from a snapshot."""
         super().restore({name: each for name, each in kept.items() if name != "_physics"})
         self._physics.restore(kept["_physics"], self.scenarios)
 
 
 def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:
-    """A table at least so wide along an axis, columns if none is named: the same one if it is."""
+    """Return a table at least `width` wide along an axis; the same table if it is wide enough."""
     shape = list(table.shape)
     shape[axis] = more = max(0, width - table.shape[axis])
     added = np.full(shape, fill, table.dtype)
@@ -160,11 +160,11 @@ def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:
 
 
 def reach_of(scenario: EpuckScenario) -> float:
-    """Distance within which robots are listed as neighbours, centre to centre [m].
+    """Return the distance within which robots are listed as neighbours, centre to centre [m].
 
-    The list is made before contacts are resolved, and an engine uses it in the next tick: until
-    then two robots come nearer by the way that each drives, and by that which others push each of
-    them, which is hardly more than these drive.
+    The list is made before contacts are resolved, and an engine uses it in the next tick. Until
+    then two robots approach each other by the path that each drives and by the path that others
+    push each of them, which is hardly longer than these drive.
     """
     robot = scenario.robot
     touching, way = 2.0 * robot.radius, robot.cruise_speed * scenario.tick
@@ -173,13 +173,13 @@ def reach_of(scenario: EpuckScenario) -> float:
 
 
 def max_neighbours(scenario: EpuckScenario) -> int:
-    """Neighbours for which there is room: twice as many as discs can be without overlapping."""
+    """Return the room for neighbours: twice the number of discs that fit without overlapping."""
     discs = ((reach_of(scenario) + scenario.robot.radius) / scenario.robot.radius) ** 2
     return min(max(1, scenario.task.n_robots - 1), 2 * math.ceil(discs) + 8)
 
 
 def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
-    """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
+    """Write the parameters of a scenario to the records of its worlds, as kernels read them."""
     noise, cruise_speed = scenario.sensors.wheel_noise, scenario.robot.cruise_speed
     numbers = {
         **numbers_named(scenario, EpuckWorldState.fields),
