@@ -1,1 +1,1 @@
-"""The environment: the world and its controllers behind the interfaces of the libraries."""
+"""Environments: the batch API `ArrayEnv`, and those for PettingZoo and Gymnasium on top of it."""

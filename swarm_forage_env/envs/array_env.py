@@ -326,7 +326,7 @@ class ArrayEnv:
             normalise_rows(state, *self._state_sizes)
         return state
 
-    def log(self) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
+    def log(self) -> Any:  # noqa: ANN401 a NumPy or GPU array
         """Return the logged values, shape (worlds, learners, infos), in the order of `infos`."""
         out = self.memory.empty((self.n_worlds, len(self.learners), len(self.infos)), np.float64)
         at = self._on.arrays

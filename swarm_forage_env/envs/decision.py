@@ -63,7 +63,7 @@ class Observing:
 
     def __call__(
         self, raw: PlacedArray, modes: PlacedArray, time_left: Float64[Array, " worlds"]
-    ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
+    ) -> Any:  # noqa: ANN401 a NumPy or GPU array
         """Return the observations of every learner after the layer inputs `raw`.
 
         In a world that BEGINS, `raw` is set to zero and the stack is filled with the observation;
@@ -222,7 +222,7 @@ class Decisions:
     def _acting(self, actions: PlacedArray) -> tuple[Any, ...]:
         return self._fields, self._learners, actions, self._conversion, self.raw, self._limits
 
-    def observe(self, modes: PlacedArray | None = None) -> Any:  # noqa: ANN401 as it is placed
+    def observe(self, modes: PlacedArray | None = None) -> Any:  # noqa: ANN401 a NumPy or GPU array
         """Return the observations of every learner; if `modes` is None, all worlds RUN."""
         time_left = self._episodes.share_left if self._form.additions else self._no_time
         return self.observing(self.raw, self._run if modes is None else modes, time_left)

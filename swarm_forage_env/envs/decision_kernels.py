@@ -218,7 +218,7 @@ def settle(
         settle_in_world(state, crediting, out, w, own, n_robots)
 
 
-def stop_at_exchanges(  # noqa: PLR0913 what is read, and what is written
+def stop_at_exchanges(  # noqa: PLR0913 inputs and outputs
     worlds: Array,
     minds: Array,
     learners: Int64[Array, " learners"],
@@ -252,7 +252,7 @@ def write_acts(
             out[w, learner] = minds[w, learners[learner]].exchange.is_valid
 
 
-def observe(  # noqa: PLR0913 what is read, and what is written
+def observe(  # noqa: PLR0913 inputs and outputs
     fields: Fields,
     learners: Int64[Array, " learners"],
     scaling: Scaling,
@@ -275,7 +275,7 @@ def observe(  # noqa: PLR0913 what is read, and what is written
 
 
 @row_template
-def observe_in_world(  # noqa: PLR0913 what is read, what is written, and where
+def observe_in_world(  # noqa: PLR0913 inputs, outputs and world
     fields: Fields,
     learners: Int64[Array, " learners"],
     scaling: Scaling,

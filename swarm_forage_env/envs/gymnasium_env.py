@@ -172,7 +172,7 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
         super().restore(joint)
         self.np_random = deepcopy(generator)
 
-    def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
+    def render(self) -> Any:  # noqa: ANN401 as in Gymnasium
         """Return the current frame as an RGB array (`ansi`: as text); None if a window shows it.
 
         Raises ConfigError if no `render_mode` was given or a window finds no display.
@@ -190,7 +190,7 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
 
 
 class LearnerEnv(_SwarmEnv):
-    """One robot learns among team-mates that keep the hand-written layers of `controller`.
+    """Environment in which one robot learns; its team-mates keep the layers of `controller`.
 
     The keywords are those of `parallel_env`. Observation, action, reward and info are those of the
     first robot; with `reward="team"` the reward is the mean over the swarm, team-mates included.
@@ -206,7 +206,7 @@ class LearnerEnv(_SwarmEnv):
 
 
 class JointEnv(_SwarmEnv):
-    """One learner steers the whole swarm: all robots in one Box, one robot after another.
+    """Environment in which one learner steers all robots, concatenated in one Box.
 
     The keywords are those of `parallel_env`; `observation_layout` and `action_layout` describe the
     features of one robot. With `reward="own"` the reward is the sum over the robots, the round
@@ -219,7 +219,7 @@ class JointEnv(_SwarmEnv):
 
 
 class TupleEnv(_SwarmEnv):
-    """All robots learn, in the form of level-based foraging and EPyMARL.
+    """Environment in which all robots learn, with the API of level-based foraging and EPyMARL.
 
     Spaces, observations and actions are tuples and rewards a list, with an entry for each of
     `n_agents` robots. Actions are Discrete unless `discrete=False`. The other keywords are those of

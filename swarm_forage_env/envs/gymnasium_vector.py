@@ -110,7 +110,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         sequences: list[Any] = [each.bit_generator.seed_seq for each in self.np_random]
         return tuple(each.entropy for each in sequences)
 
-    def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
+    def render(self) -> Any:  # noqa: ANN401 as in Gymnasium
         """Return the RGB frame (`ansi`: text) of each world; ConfigError without a render mode."""
         return tuple(self._frames())
 

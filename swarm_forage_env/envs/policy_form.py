@@ -30,7 +30,7 @@ BOUND = re.compile(r"of [-+.e0-9]+ ")
 """Start of the unit of a feature divided by its bound, which depends on the scenario."""
 
 OF_BOUND = "of its bound, in "
-"""Its replacement in `observes`; a feature of bound 1 is not divided and has neither."""
+"""Replacement of BOUND in `observes`; a feature of bound 1 is not divided and has neither."""
 
 
 class PolicyForm:
@@ -90,7 +90,7 @@ class PolicyForm:
         return normalised(layout), (*where, *typical_sizes(layout))
 
     def check_bounds(self, scenario: BaseScenario) -> None:
-        """Raise ConfigError if another scenario changes the bounds of the layer's inputs."""
+        """Raise ConfigError if the layer's inputs exceed these bounds in another scenario."""
         layout = self.policy.layout(scenario, self.has_walk)
         for here, there in zip(self.shown, widest([self.shown, layout]), strict=False):
             if (here.low, here.high) != (there.low, there.high):

@@ -72,7 +72,7 @@ def begin_episode(
     restart_world(ticking[0], ticking[1], starts, how[3], ticking[2], w, n_robots)
 
 
-def decide_at_once(  # noqa: PLR0913 what is read, what is written, and how
+def decide_at_once(  # noqa: PLR0913 inputs, outputs and settings
     ticking: Ticking,
     acting: Acting,
     crediting: Crediting,

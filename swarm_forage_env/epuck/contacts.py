@@ -52,7 +52,7 @@ def keep_out_of_all(pose: Pose, obstacles: Capsules, radius: float) -> float:
 def keep_all_clear(swarm: Array, world: EpuckWorldState, obstacles: Capsules) -> float:
     """Move every robot inside the walls, then out of the obstacles, in place.
 
-    Returns the largest previous overlap with an obstacle [m].
+    Returns the largest overlap with an obstacle before the move [m].
     """
     for i in range(swarm.shape[0]):
         keep_inside(swarm[i].pose, world.arena, world.radius)
@@ -66,7 +66,7 @@ def keep_all_clear(swarm: Array, world: EpuckWorldState, obstacles: Capsules) ->
 def separate_all(
     swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules, share: float
 ) -> float:
-    """Move both robots of each overlapping pair by a share; return the largest overlap [m].
+    """Move both robots of each overlapping pair apart by a share; return the largest overlap [m].
 
     Each moved robot is at once moved out of the obstacles, so that several moves cannot carry its
     centre across a wall.

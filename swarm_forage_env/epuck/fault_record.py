@@ -18,7 +18,7 @@ N_KINDS = len(KINDS)
 
 
 NOT_AGREED, TURN_AGREED, PLACE_AGREED = range(3)
-"""What liars agree on: nothing, the turn and shift of a place, or the place itself."""
+"""Agreement among liars: none, the turn and shift of a place, or the place itself."""
 
 
 class FaultNumbers(Record):
@@ -43,7 +43,7 @@ class FaultNumbers(Record):
 
 
 class Lie(Record):
-    """What a liar sends about each area instead of its belief."""
+    """Lie about each area, which is sent instead of the belief."""
 
     turn: float = field(np.float32, unit="rad")
     """Angle by which the place sent is rotated about the liar."""

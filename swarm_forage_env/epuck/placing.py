@@ -76,7 +76,7 @@ def is_free(x: float, y: float, apart: float, pose: Float64[Array, "robots 3"], 
 
 
 @row_template
-def place_world(  # noqa: PLR0913 what robots start from, and where they are placed
+def place_world(  # noqa: PLR0913 inputs and outputs
     world_arrays: Arrays,
     first_robot: EpuckState,
     seed: np.uint64,

@@ -163,7 +163,7 @@ class EpuckTask:
 class SwarmState(GlobalState):
     """Global state of a block of worlds as one row each: the pose of each robot, and the time."""
 
-    def __init__(self, infos: tuple[str, ...], log: Kernel, *of_worlds: Any) -> None:  # noqa: ANN401 as the base
+    def __init__(self, infos: tuple[str, ...], log: Kernel, *of_worlds: Any) -> None:  # noqa: ANN401 as in the base
         """Make the global state of these worlds, with these logged values."""
         self.infos, self.logs = infos, (log, log)
         super().__init__(*of_worlds)

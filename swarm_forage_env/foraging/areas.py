@@ -1,4 +1,4 @@
-"""Areas of a scenario: nests and prey areas, what they are worth, and whether they move."""
+"""Areas of a scenario: nests and prey areas, their worth and their moves."""
 
 from collections.abc import Sequence
 from typing import Literal, Self
@@ -12,10 +12,10 @@ from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.parameters import NotNegative, Parameters, Positive
 
 MAX_AREAS = 8
-"""Areas for which the record of a world has room."""
+"""Maximum number of areas in the record of a world."""
 
 NEVER = -1
-"""Tick at which an area moves that stays where it is."""
+"""Value of `moves_at` of an area that never moves."""
 
 
 class Area(Parameters):
@@ -42,12 +42,12 @@ class Area(Parameters):
 
     @property
     def centres(self) -> list[Point]:
-        """Where it is in an episode, one after the other."""
+        """Centres of the area during an episode, in order [m]."""
         return [self.centre] if self.moves_to is None else [self.centre, self.moves_to]
 
 
 def check_areas(areas: Sequence[Area]) -> None:
-    """ValueError if there are too many areas, or none of a kind."""
+    """Raise ValueError if there are too many areas, or none of a kind."""
     if len(areas) > MAX_AREAS:
         raise ValueError(f"task.areas: {len(areas)} areas; at most {MAX_AREAS} are possible")
     for kind in AREAS:
@@ -56,13 +56,13 @@ def check_areas(areas: Sequence[Area]) -> None:
 
 
 def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
-    """The areas with the first nest and the first prey area in front, as the records have them."""
+    """Return the areas as in the records: the first nest, the first prey area, the others."""
     first = [next(area for area in areas if area.kind == kind) for kind in AREAS]
     return (*first, *(area for area in areas if all(area is not each for each in first)))
 
 
 def write_areas(areas: Sequence[Area], tick: float, out_worlds: Array) -> None:
-    """Write areas in their order, as they are at the start, to the records of worlds.
+    """Write the areas in this order, with their start positions, to the records of worlds.
 
     `tick` is the control period [s].
     """
@@ -77,5 +77,5 @@ def write_areas(areas: Sequence[Area], tick: float, out_worlds: Array) -> None:
 
 
 def move_tick(moves_at: float, tick: float) -> int:
-    """The tick from which on an area is at its second place; `moves_at` and `tick` in seconds."""
+    """Return the tick from which an area is at its second place; `moves_at` and `tick` in [s]."""
     return max(1, round(moves_at / tick))

@@ -1,13 +1,13 @@
 """Arenas with polygons of walls and with obstacles, after the mission generator MG1 of IRIDIA.
 
 MG1 draws missions for swarms of 15 to 20 e-pucks: the shape of the arena, none to three obstacles,
-and where the areas lie. Side lengths, the ring on which obstacles stand, their lengths, and the
-distance of the areas from the centre are those of its square and its hexagon.
+and the positions of the areas. Side lengths, the distance of obstacles from the centre, their
+lengths, and the distance of the areas from the centre are those of its square and its hexagon.
 
 Not in the source: the dodecagon, which is that of IRIDIA's laboratory (4.91 m2, Francesca et al.
-2014; its obstacles stand as in the hexagon); the thickness of the obstacles; which of the four
-obstacles stand (here: in order, the first two across the way between the areas); robots that start
-in a circle; and the length of an episode, in MG1 at most three minutes.
+2014; obstacles as in the hexagon); the thickness of the obstacles; the choice among the four
+obstacles (here: in order, the first two across the path between the areas); robots that start in a
+circle; and the length of an episode, in MG1 at most three minutes.
 
 Source: Ligot et al. 2022, and its code, github.com/demiurge-project/MissionGeneratorMG1.
 """
@@ -21,18 +21,18 @@ from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.registry import ORIGINS, SCENARIOS
 
 THICKNESS = 0.01
-"""Of an obstacle [m]."""
+"""Thickness of an obstacle [m]."""
 
 OF_THE_WAY = 2.0 / 3.0
-"""Areas lie this share of the way from the centre to a corner of the arena."""
+"""Distance of the areas from the arena's centre, as a share of the circumradius."""
 
 MARGIN = 0.01
-"""Of the rectangle around a polygon [m]."""
+"""Margin of the rectangle around a polygon [m]."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A regular polygon, and where obstacles stand in it."""
+    """Regular polygon with obstacles."""
 
     n_sides: int
     side: float
@@ -55,11 +55,11 @@ SHAPES = {
 }
 
 DIRECTIONS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Where obstacles stand, seen from the centre, in the order in which they are placed."""
+"""Directions of the obstacles from the centre, in the order in which they are placed."""
 
 
 def across(direction: Point, distance: float, length: float) -> Obstacle:
-    """A straight wall so far from the origin in a direction, at right angles to that direction."""
+    """Return a straight wall at a distance from the origin, at right angles to the direction."""
     (x, y), half = direction, 0.5 * length
     middle = distance * x, distance * y
     ends = (
@@ -70,7 +70,7 @@ def across(direction: Point, distance: float, length: float) -> Obstacle:
 
 
 def mg1(shape: str, n_obstacles: int = 2) -> Scenario:
-    """The scenario `mg1-<shape>`: a square, hexagon or dodecagon with none to four obstacles."""
+    """Return the scenario `mg1-<shape>`, an arena of this shape with none to four obstacles."""
     form = SHAPES[shape]
     size = form.circumradius
     distance = form.ring * size

@@ -1,10 +1,9 @@
-"""The control of robots in a tick: what estimators do before the cut, and what follows it.
+"""Control of foraging robots in a tick: estimators in `observe_world`, the rest in `decide_world`.
 
-At the cut between `observe_world` and `decide_world` a learner, or a rule written in NumPy, writes
-the actions that replace a layer.
+Between the two a learner, or a rule written in NumPy, writes the actions that replace a layer.
 
-A layer's functions receive records of the robot's interface only: never its pose. Every robot has
-its own numbers; robots of another controller, which are not `is_member`, are left alone.
+A layer's functions receive only records of the robot's interface, never its pose. Every robot has
+its own parameters; robots of another controller (`is_member` is false) are skipped.
 """
 
 import math
@@ -41,31 +40,31 @@ has_something_to_say: Kernel
 """Free names of the templates: lanes, and functions of the chosen layers."""
 
 Mind = Any
-"""What the chosen estimator keeps of a robot: a record."""
+"""Record of the chosen estimator for one robot."""
 
 WIDEST_OFF_COURSE = math.pi / 3.0
-"""How far off the course to its target or of its walk a learner can steer [rad] (chosen)."""
+"""Largest angle at which a learner can steer off the course [rad] (chosen)."""
 
 
 repeat = falsify = walk = nothing
-"""Of an estimator whose messages no fault can change, and of a motion that has no walk."""
+"""Defaults for an estimator without falsifiable messages, and for a motion without a walk."""
 
 
 @kernel
 def reflex(*handed: object) -> bool:
-    """Do nothing: the default of a motion that has no reflexes. Whether one steered."""
+    """Return false, as no reflex steered: the default of a motion without reflexes."""
     return False
 
 
 @kernel
 def is_weighed(exchange: Exchange, area: int) -> bool:
-    """Both robots of the exchange know where the area is, so that there is something to weigh."""
+    """Return whether both robots of the exchange know the area, so that it can be weighed."""
     return bool(exchange.own_known[area]) and bool(exchange.heard_known[area])
 
 
 @kernel
 def is_asked(exchange: Exchange, area: int, numbers: Record) -> bool:
-    """Ask the weighting about what both robots know, unless the estimator has its own function."""
+    """Return whether the weighting is called for an area; estimators can replace this function."""
     return is_weighed(exchange, area)
 
 
@@ -73,7 +72,7 @@ def is_asked(exchange: Exchange, area: int, numbers: Record) -> bool:
 def compose_message(
     robot: RobotState, fault: Fault, world: WorldState, mind: Mind, numbers: Numbers
 ) -> None:
-    """Compose the message of a robot that somebody listens to; faults change what was composed."""
+    """Compose the message of a robot; faults may change it."""
     compose(mind, numbers)
     if robot.is_faulty[STALE]:
         repeat(mind)
@@ -85,7 +84,7 @@ def compose_message(
 def update_and_describe(
     swarm: Array, minds: Array, i: int, shared: Array, numbers: Numbers
 ) -> None:
-    """Update the belief of robot i by what it sensed and heard; describe it to the other layers."""
+    """Update the belief of robot i by readings and messages; describe it for the other layers."""
     mind = minds[i]
     update_belief(mind, shared, swarm[i].readings, numbers)
     mind.exchange.is_valid = update_exchange(minds, i, swarm[i].heard, numbers)
@@ -94,7 +93,7 @@ def update_and_describe(
 
 @row_template
 def mark_heard(swarm: Array, minds: Array, i: int, settings: Array) -> None:
-    """Mark the messages that robot i listens to, of those who have its estimator."""
+    """Mark the messages that robot i receives from robots with its estimator, if it listens."""
     last = settings.shape[0] - 1
     if settings[min(i, last)].is_member and is_listening(minds[i]):
         for slot in range(swarm[i].heard.n):
@@ -105,10 +104,10 @@ def mark_heard(swarm: Array, minds: Array, i: int, settings: Array) -> None:
 
 @row_template
 def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Update what the robots of a world believe by what was sensed and heard.
+    """Update the beliefs of the robots of a world by their readings and messages.
 
-    Messages to which somebody listens are composed before anybody's estimate moves. Robots that
-    have the same numbers share the one column of `settings`.
+    Messages with a listener are composed before any estimate changes. Robots with the same
+    parameters share one column of `settings`.
     """
     swarm, world, faults = world_arrays[0][w], world_arrays[1][w], world_arrays[6][w]
     minds, shared = layer_arrays[0][w], layer_arrays[2][w]
@@ -130,7 +129,7 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 @row_template
 def move(robot: RobotState, situation: Situation, memory: Record, settings: Numbers) -> None:
-    """Turn the wheels of a robot: by the motion, by a learner, or by reflexes before it."""
+    """Set the wheel speeds of a robot: by the motion, a learner, or reflexes that override it."""
     action, wheels, numbers = robot.action, robot.command.wheels, settings.motion
     is_free = True
     if action.motion == KEEP or action.motion == CORRECT:
@@ -147,9 +146,10 @@ def move(robot: RobotState, situation: Situation, memory: Record, settings: Numb
 
 @row_template
 def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: Numbers) -> bool:
-    """Steer a robot, merge what it heard, choose whether it speaks; can its numbers be used?
+    """Steer a robot, merge the received estimate, and choose whether to broadcast.
 
-    The wheels are decided before the merge: both layers use one observation.
+    The wheel speeds are set before the merge, so that both layers use one observation. Returns
+    whether the wheel speeds are finite and the weights are in [0, 1].
     """
     exchange, action, wheels = mind.exchange, robot.action, robot.command.wheels
     move(robot, mind.situation, memory, settings)
@@ -170,7 +170,7 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
 
 @kernel
 def steer_off_course(situation: Situation, action: Action, wheels: Float32[Array, "2"]) -> None:
-    """Steer off the course to the target, or without a goal off that of the walk.
+    """Steer at an angle off the course to the target, or without a goal off that of the walk.
 
     angle  = atan2(course) + a_1 WIDEST_OFF_COURSE
     wheels = a_0 wheels_towards(angle)
@@ -185,9 +185,9 @@ def steer_off_course(situation: Situation, action: Action, wheels: Float32[Array
 def decide_world(
     world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
 ) -> None:
-    """Steer, merge what was heard, and choose whether to speak, in a world.
+    """Steer the robots of a world, merge received estimates, and choose which robots broadcast.
 
-    A robot whose wheels are not finite, or whose weights are no shares, is noted.
+    Notes NOT_FINITE for wheel speeds that are not finite or weights outside [0, 1].
     """
     robots = world_arrays[0]
     minds, memories, shared, settings = layer_arrays
@@ -200,7 +200,7 @@ def decide_world(
 
 @kernel
 def weighs_by_shares(exchange: Exchange) -> bool:
-    """Every weight that the robot merges with is from 0 to 1."""
+    """Return whether all weights of the merge are in [0, 1]."""
     for area in range(2):
         if is_weighed(exchange, area) and not 0.0 <= exchange.weight[area] <= 1.0:
             return False

@@ -1,4 +1,4 @@
-"""What is drawn of a foraging world: its stage, and a scene for each tick."""
+"""Drawing of a foraging world: its stage, and a scene for each tick."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from swarm_forage_env.ticks import BEGINS, RUNS, Arrays, Modes, Trouble
 
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:
-    """The stage of a scenario, moved by what is named so."""
+    """Return the stage of a scenario, with this name of the controller."""
     return Stage(
         controller=controller,
         areas=np.array([area.centre for area in scenario.places]),
@@ -49,7 +49,7 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
 
 
 def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
-    """One world of a block as it stands; without beliefs where no estimator keeps any."""
+    """Return the scene of one world of a block; without beliefs if there is no estimator."""
     robots, n = world.robots[which].view(np.recarray), world.n_robots
     fields = without_beliefs(n) | bodies(world, which)
     if has_estimators(minds):
@@ -66,7 +66,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
 
 @kernel
 def doing_of(robot: RobotState, situation: Situation) -> int:
-    """The code of what a robot is doing."""
+    """Return the code of the state of a robot."""
     if situation.is_talking > 0.0:
         return TALKING
     if situation.goal[PREY] > 0.0:
@@ -79,7 +79,7 @@ def doing_of(robot: RobotState, situation: Situation) -> int:
 
 @kernel
 def believed_place(robot: RobotState, situation: Situation, area: int) -> tuple[float, float]:
-    """Where a robot believes an area to be, in the world frame [m]; zeros where it does not."""
+    """Return the believed place of an area, world frame [m]; zeros if it is unknown."""
     if situation.known[area] == 0.0:
         return 0.0, 0.0
     ahead, left = situation.areas[area, 0], situation.areas[area, 1]
@@ -94,7 +94,7 @@ def draw_robots(
     out_doing: Int8[Array, " robots"],
     out_believed: Float64[Array, "robots areas 2"],
 ) -> None:
-    """Write what the robots of a world do, and where they believe nest and prey to be."""
+    """Write the state of each robot of a world, and its believed places of nest and prey."""
     for i in range(robots.shape[0]):
         out_doing[i] = doing_of(robots[i], situations[i])
         for area in range(2):
@@ -106,14 +106,14 @@ COLUMNS = (
     "x", "y", "heading", "doing", "known", "trips", "nestX", "nestY", "nestP", "preyX", "preyY",
     "preyP", "knowsWay", "faulty",
 )  # fmt: skip
-"""What `draw_column` writes of each robot, as a page calls it."""
+"""Columns that `draw_column` writes for each robot, by their names in a web page."""
 
 
 @kernel
 def draw_column(
     robot: RobotState, situation: Situation, i: int, out: Float32[Array, "columns robots"]
 ) -> None:
-    """Write what is drawn of robot i."""
+    """Write the columns of robot i."""
     for k in range(3):
         out[k, i] = robot.pose[k]
     out[3, i] = doing_of(robot, situation)
@@ -131,11 +131,11 @@ run_ticks: Kernel
 begin_worlds: Kernel
 observe: Kernel
 pilot: Kernel
-"""Free names of the template below: the ticks of a world and its controller, how it begins,
-what a learner observes, and how a policy acts."""
+"""Free names of the template below: the ticks of a world and its controller, its start, the
+observations of a learner, and the actions of a policy."""
 
 
-def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
+def run_and_draw(  # noqa: PLR0913 arguments of `run_ticks`, and outputs
     world_arrays: Arrays,
     layer_arrays: Arrays,
     modes: Modes,
@@ -148,12 +148,12 @@ def run_and_draw(  # noqa: PLR0913 what `run_ticks` takes, and what is drawn
     observing: Arrays,
     piloting: Arrays,
 ) -> int:
-    """Run ticks of one world, and write what is drawn of it then; the number of messages heard.
+    """Run ticks of one world, and write its drawing; return the number of messages received.
 
-    A world that BEGINS does so by its seed, and senses and observes before. `out_pairs` has sender
-    and receiver of each message of these ticks. `starts` and `noise` are those of `begin_worlds`;
-    `observing` is what `observe` takes, but the modes and which worlds; `piloting` is what `pilot`
-    takes.
+    A world that BEGINS is first started from its seed, then it senses and observes. `out_pairs`
+    holds sender and receiver of each message of these ticks. `starts` and `noise` are those of
+    `begin_worlds`; `observing` are the arguments of `observe` except modes and worlds; `piloting`
+    are those of `pilot`.
     """
     robots, minds, n_heard = world_arrays[0], layer_arrays[0], 0
     if modes[0] == BEGINS:

@@ -1,4 +1,4 @@
-"""The episode of robots that forage: what it came to, and how that is measured."""
+"""Episodes of foraging: their results, and the meters that measure them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,47 +13,47 @@ SAMPLE_EVERY = 1.0
 """Time between two samples of the localisation error [s]."""
 
 SERIES_LENGTH = 100
-"""Samples in a series over an episode."""
+"""Number of samples in a series over an episode."""
 
 
 @dataclass(frozen=True)
 class ForagingEpisode(EpisodeHeader):
-    """The results of one foraging episode; `foraging.metrics` defines times, shares and errors."""
+    """Results of one foraging episode; `foraging.metrics` defines times, shares and errors."""
 
     round_trips: int
-    """Trips nest -> prey -> nest of all robots, counted when the middle ground sensor truly stands
-    over the nest again (TR 6.1.2)."""
+    """Trips nest -> prey -> nest of all robots, counted when the true position of the middle ground
+    sensor is over the nest again (TR 6.1.2)."""
     recruitment_time_s: float | None
     """Time until every robot had visited both areas [s]; None if not all did."""
     on_path_share: float
     """Share of the robots on the path, mean over the second half."""
     lost_events: int
-    """How often a controller reported that it reset the estimates of a robot (TR 5.1)."""
+    """Number of times that a controller reported resetting the estimates of a robot (TR 5.1)."""
     messages: int
-    """Messages heard; one counts once for each robot that hears it."""
+    """Number of messages received; a message counts once for each receiver."""
     localisation_error_m: float | None
-    """Mean over robots with an estimator, areas they know of, and time [m]; None if nothing was
-    ever known, as where policies are everything."""
+    """Mean over robots with an estimator, areas they know, and time [m]; None if none was ever
+    known, as with `learn="everything"`."""
     wall_s: float
-    """Computing time: an equal share of that of the block the episode ran in [s]."""
+    """Computing time of the episode: an equal share of that of its block [s]."""
     on_path_over_time: tuple[float, ...] = ()
     """Share of the robots on the path at the end of each hundredth of the episode."""
     recruited_at_s: tuple[float, ...] = ()
-    """When the robots had visited both areas, earliest first; the others are left out [s]."""
+    """Times at which robots had visited both areas, earliest first; without other robots [s]."""
     sound_robots: int | None = None
-    """Robots without a fault; like all that follows None in a scenario without faults."""
+    """Number of robots without a fault; this and all later fields are None without faults."""
     round_trips_sound: int | None = None
     """Round trips of the sound robots."""
     on_path_share_sound: float | None = None
     """Share of the sound robots on the path, mean over the second half; None if none is sound."""
     lost_events_sound: int | None = None
-    """How often sound robots found themselves lost."""
+    """Number of times that sound robots got lost."""
     localisation_error_sound_m: float | None = None
-    """Mean over sound robots, areas they know of, and time [m]; None if nothing was ever known."""
+    """Mean over sound robots, areas they know, and time [m]; None if none was ever known."""
 
 
 class LocalisationErrorMeter:
-    """The localisation error of each world, summed over chosen robots, known areas and samples."""
+    """Localisation error of each world, over chosen robots, known areas and samples."""
 
     def __init__(self, loop: MeasuredLoop, is_meant: Bool[Array, "worlds robots"]) -> None:
         self._loop, n_worlds = loop, len(is_meant)
@@ -62,19 +62,19 @@ class LocalisationErrorMeter:
         self._add = loop.kernel(metrics.add_errors, {})
 
     def sample(self) -> None:
-        """Compare what is believed now with what is true."""
+        """Add the current localisation errors to the sums."""
         at, estimators = self._loop.arrays, self._loop.estimators
         if estimators is not None:
             self._add(at["robots"], estimators, at["worlds"], self._is_meant, *self._sums)
 
     def means(self) -> list[float | None]:
-        """Mean error of each world [m]; None if nothing was known at any sample."""
+        """Return the mean error of each world [m]; None if no area was known at any sample."""
         sums, counts = (self._loop.memory.read(each).tolist() for each in self._sums)
         return [each / n if n else None for each, n in zip(sums, counts, strict=True)]
 
 
 class ForagingMeter:
-    """All metrics of a block of worlds, which are about to start."""
+    """Meter of all metrics of a block of worlds, made before their episodes start."""
 
     def __init__(self, loop: MeasuredLoop) -> None:
         self._loop, scenario, shape = loop, loop.world.scenario, loop.world.robots.shape
@@ -92,16 +92,16 @@ class ForagingMeter:
         self._period: int = max(1, round(SAMPLE_EVERY / scenario.tick))
 
     def _hundredths(self, tick: int) -> int:
-        """How many hundredths of the episode are over with a tick."""
+        """Return the number of hundredths of the episode that are over with a tick."""
         return tick * SERIES_LENGTH // self._n_ticks
 
     def next_sample(self, tick: int) -> int:
-        """The next tick after this one with which a period or a hundredth of the episode ends."""
+        """Return the next tick at which a period or a hundredth of the episode ends."""
         next_share = -(-(self._hundredths(tick) + 1) * self._n_ticks // SERIES_LENGTH)
         return min((tick // self._period + 1) * self._period, next_share)
 
     def sample(self, tick: int) -> None:
-        """Measure what is over with this tick; a short episode has a share on the path a tick."""
+        """Take the samples due at this tick; short episodes have a share on the path per tick."""
         if tick % self._period == 0:
             for each in self._errors:
                 each.sample()
@@ -110,7 +110,7 @@ class ForagingMeter:
             self._n_shares += 1
 
     def results(self) -> list[dict[str, object]]:
-        """The metrics of each world."""
+        """Return the metrics of each world."""
         world, tick = self._loop.download().world, self._loop.world.scenario.tick
         recruited = metrics.recruited_at(world.robots["first_visit"], tick)
         on_path = self._loop.memory.read(self._on_path)[:, : self._n_shares] / world.n_robots
@@ -144,7 +144,7 @@ class ForagingMeter:
 
 
 def _counts(robots: Array, n_ticks: int) -> dict[str, list[Any]]:
-    """What robots came to, a number for each world; None where there are none."""
+    """Return counts and shares, one value for each world; None for the shares without robots."""
     n_worlds, path_ticks = len(robots), robots["path_ticks"].reshape(-1)
     shares: list[Any] = [None] * n_worlds
     if robots.size:

@@ -1,4 +1,4 @@
-"""What is reported of a foraging world: global state for critics, logs, and trajectories."""
+"""Reports of a foraging world: global state for critics, logs, and trajectories."""
 
 import math
 from collections.abc import Mapping
@@ -21,25 +21,25 @@ from swarm_forage_env.raw_control import has_estimators
 from swarm_forage_env.spaces import GOALS, Feature
 
 INFOS = ("round_trips", "lost_events", "on_path", "messages", "known_areas", "localisation_error_m")
-"""What is logged of each robot: counts of the episode so far, and how it stands. The error is
-the mean over the kinds of area that it knows, 0 if none, each to the nearest of its kind."""
+"""Logged values of each robot: counts of the episode so far, and its current state. The error is
+the mean over the kinds of area that it knows, 0 if none, each to the nearest area of its kind."""
 
 BELIEFS = (
     FieldPath("", "", Situation, "areas", label="believed"),
     *paths("", "", Situation, "known p goal"),
 )
-"""What a robot believes; the areas here in the world frame."""
+"""Beliefs of a robot in the global state; the areas are in the world frame."""
 
 FLAG = 0.0, 1.0
 WORTH = "round trips", 0.0, math.inf
-"""Unit and bounds of what an area is worth."""
+"""Unit and bounds of the worth of an area."""
 
 
 @kernel
 def log_counts(
     robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
-    """Write those of INFOS that are counted; a policy of everything believes nothing."""
+    """Write those INFOS that do not depend on beliefs."""
     row[0], row[1] = robot.round_trips, robot.lost_events
     row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
     row[3] = robot.messages
@@ -49,7 +49,7 @@ def log_counts(
 def log_beliefs(
     robot: RobotState, mind: Mind, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
-    """Write what is logged of a robot that believes something, in the order of INFOS."""
+    """Write all INFOS of a robot with an estimator."""
     n_known, error = 0, 0.0
     for area in range(2):
         if mind.situation.known[area]:
@@ -61,22 +61,20 @@ def log_beliefs(
 
 
 class ForagingState(GlobalState):
-    """What is true in a block of worlds, flat: each robot, then the areas and the time.
+    """Global state of a block of worlds, one row each: the robots, then the areas and the time.
 
-    The first nest and the first prey area are shown in every scenario. Where the scenario lists its
-    areas, so are what these two are worth and all other areas, in as many slots as a scenario has
-    room for; slots without an area are zero.
+    Each robot has its pose and its beliefs; beliefs are zero for unknown areas, and if no
+    hand-written estimator runs. If robots may be faulty, the faults in effect are included.
 
-    Of each robot: where it is, and what it believes; zeros for what it does not know, and for
-    all beliefs where no hand-written estimator runs. Where robots may be faulty, also which faults
-    are in effect.
+    The first nest and the first prey area are in the state of every scenario. If the scenario lists
+    its areas, their worths are included, and all other areas in MAX_AREAS slots; empty ones are 0.
     """
 
     infos, logs = INFOS, (log_counts, log_beliefs)
     counts = frozenset({"round_trips", "lost_events", "messages"})
 
     def robot_features(self) -> list[Feature]:
-        """Pose, beliefs and faults of one robot."""
+        """Return the features of one robot: pose, beliefs and faults."""
         half = self._half
         features = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
         features += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
@@ -86,7 +84,7 @@ class ForagingState(GlobalState):
         return features
 
     def of_robots(self) -> list[Array]:
-        """The same numbers of all robots."""
+        """Return these features of all robots."""
         robots = self._world.robots
         seen = Situation.array(robots.shape)
         if self._has_beliefs:
@@ -106,7 +104,7 @@ class ForagingState(GlobalState):
         ]
 
     def world_features(self) -> list[Feature]:
-        """The areas: two, or as many as a scenario has room for."""
+        """Return the features of the areas: two, or MAX_AREAS if the scenario lists its areas."""
         half = self._half
         features = [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
         if not self._scenario.task.areas:
@@ -119,7 +117,7 @@ class ForagingState(GlobalState):
         return features
 
     def of_world(self) -> list[Array]:
-        """Where areas are now; if the scenario lists them all of them, and what they are worth."""
+        """Return these features of all areas."""
         worlds = self._world.worlds
         first, others = worlds["areas"][:, :2], worlds["areas"][:, 2:]
         if not self._scenario.task.areas:
@@ -131,7 +129,7 @@ class ForagingState(GlobalState):
 
     @property
     def _half(self) -> dict[str, float]:
-        """From the centre of the arena to its walls [m]."""
+        """Distance from the centre of the arena to its walls [m]."""
         arena = self._scenario.arena
         return {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
 
@@ -140,11 +138,11 @@ FAULTS = tuple(
     "+".join(kind for bit, kind in enumerate(KINDS) if number >> bit & 1)
     for number in range(1, 1 << len(KINDS))
 )
-"""The words of every combination of faults, by the number that they make as bits, less one."""
+"""Name of every combination of faults; the index plus one is its bit mask."""
 
 
 def take(world: ForagingWorld, minds: Array) -> Mapping[str, Array]:
-    """The columns of every robot as it stands."""
+    """Return the current trajectory columns of every robot."""
     robots = world.robots
     has_beliefs = has_estimators(minds)
     situation = minds["estimator"]["situation"] if has_beliefs else Situation.array(robots.shape)

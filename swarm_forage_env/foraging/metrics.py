@@ -1,7 +1,7 @@
-"""What an episode is judged by: pure functions of the state, one number for each world.
+"""Metrics of an episode: pure functions of the state.
 
-Each takes arrays over all rows and the number of worlds W, robots of a world being consecutive; the
-localisation error, which is sampled often, takes records.
+The robots of a world are consecutive in arrays of rows. The localisation error, which is sampled
+often, takes records.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ end_world: Kernel
 def knows_both_areas_share(
     path_ticks: Int64[Array, " rows"], n_worlds: int, n_ticks: int
 ) -> Float64[Array, " worlds"]:
-    """Share of the robots that is on the path, mean over the second half of the episode.
+    """Return the share of robots on the path, mean over the second half of the episode.
 
     A robot is on the path while it reports that it knows both areas, so that its forage layer
     drives it. `n_ticks` is the length of the episode so far, or of the whole one [ticks].
@@ -36,7 +36,7 @@ def knows_both_areas_share(
 def recruited_at(
     first_visit: Int64[Array, "worlds robots areas"], tick: float
 ) -> list[tuple[float, ...]]:
-    """When the robots of each world had visited both areas [s], earliest first.
+    """Return the times at which robots of each world had visited both areas [s], earliest first.
 
     Robots that have not visited both are left out.
 
@@ -51,7 +51,7 @@ def recruited_at(
 def nearest_areas(
     worlds: Array, places: Float64[Array, "rows areas 2"]
 ) -> Float64[Array, "rows areas 2"]:
-    """The centre of the nest that is nearest to the first place of a row, and so for the prey [m].
+    """Return the centres of the nest and prey area nearest to the two places of each row [m].
 
     Rows of a world are consecutive; `worlds` are the records of all worlds.
     """
@@ -71,13 +71,13 @@ def nearest_areas(
 def localisation_error(
     robot: RobotState, situation: Situation, area: int, world: WorldState
 ) -> float:
-    """Distance from where a robot believes an area to be to the nearest one of that kind [m]."""
+    """Return the distance from the believed place of an area to the nearest one of its kind [m]."""
     ahead, left = situation.areas[area, 0], situation.areas[area, 1]
     dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
     return distance_to_kind(robot.pose[0] + dx, robot.pose[1] + dy, area, world)
 
 
-def add_errors(  # noqa: PLR0913 what is read, and what is written
+def add_errors(  # noqa: PLR0913 inputs and outputs
     robots: Array,
     estimators: Array,
     worlds: Array,
@@ -86,10 +86,10 @@ def add_errors(  # noqa: PLR0913 what is read, and what is written
     out_count: Int64[Array, " worlds"],
     which: tuple[int, int],
 ) -> None:
-    """Add to the sums of some worlds the localisation error of each area that a robot knows of.
+    """Add the localisation error of each area that a robot knows to the sums of some worlds.
 
-    Only robots that are meant count. One lane adds up a world, robot by robot, so that the sum is
-    the same everywhere. Free names: lanes.
+    Only robots with `is_meant` count. One lane sums each world, robot by robot, so that the sum is
+    the same on all devices. Free names: lanes.
     """
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for i in range(is_meant.shape[1] if lane() == 0 else 0):
@@ -103,7 +103,7 @@ def add_errors(  # noqa: PLR0913 what is read, and what is written
 def count_on_path(
     robots: Array, at: int, out: Int32[Array, "worlds moments"], which: tuple[int, int]
 ) -> None:
-    """Write how many robots of some worlds are on the path at this moment. Free names: lanes."""
+    """Count the robots of some worlds on the path, in column `at`. Free names: lanes."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
         for i in range(robots.shape[1] if lane() == 0 else 0):
             robot = robots[w, i]

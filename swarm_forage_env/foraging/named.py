@@ -1,13 +1,13 @@
-"""The setups of the papers: es1, es2, es3 and real (TR 6.1, 6.2), and ants2008 (ANTS 4.1).
+"""Named scenarios: es1, es2, es3 and real (TR 6.1, 6.2), ants2008 (ANTS 4.1), and others.
 
-And two in which odometry and radio do not err, to start to learn in: near, and es1-clean. The
-infrared and ground sensors do: where nothing is left to chance, robots may repeat themselves for
-ever. And three with more than two areas, of differing worth, or with one that moves: twenty robots
-for half an hour in an arena of 3 x 2 m, with radio, sensors and robots of es1.
+Two are for first trainings, without errors of odometry and radio: near and es1-clean. Their
+infrared and ground sensors are noisy, as robots without any noise may repeat a movement for ever.
+Three have more than two areas, areas of different worth, or one that moves: twenty robots for half
+an hour in an arena of 3 x 2 m, with the radio, sensors and robots of es1.
 
-Not in the papers: the distance between the areas, the cruise speed, the wheel noise of the TR,
-how many frames an exchange averages and how long it takes. The values are starting points
-from the published counts of round trips; each field's description says its origin.
+Not in the papers: the distance between the areas, the cruise speed, the wheel noise of the TR, the
+number of frames that an exchange averages, and its duration. The values are starting points from
+the published counts of round trips; the description of each field gives its origin.
 """
 
 from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
@@ -17,7 +17,7 @@ from swarm_forage_env.registry import ORIGINS, SCENARIOS
 
 
 def enter(about: str, scenario: Scenario) -> None:
-    """Enter a scenario under its name."""
+    """Register a scenario under its name."""
     SCENARIOS.register(scenario.name, about)(scenario)
 
 
@@ -40,9 +40,9 @@ enter(
 )
 
 REAL = Radio(range_model="board", exchange_time=0.5, frames=1)
-"""Ten real e-pucks in the arena of es1. Communication takes 20-30 % longer (TR 6.2, published);
-one message of two is good for a reading, and the wheels turn slower than simulated ones (both
-derived: they fit the round trips and the share on the path of TR 6.2)."""
+"""Radio of ten real e-pucks in the arena of es1. Communication takes 20-30 % longer (TR 6.2,
+published); one of two messages gives a reading, and the wheels turn slower than simulated ones
+(both derived: they fit the round trips and the share on the path of TR 6.2)."""
 
 enter(
     "es1 with the radio and the pace of real e-pucks",
@@ -50,7 +50,7 @@ enter(
 )
 
 ANTS = Sensors(wheel_noise=0.063)
-"""+-20 % of the maximum movement in a step of 10 ms (ANTS 4.1) is +-6.3 % at 100 ms (derived)."""
+"""Wheel noise: +-20 % of the maximum path in 10 ms (ANTS 4.1) is +-6.3 % in 100 ms (derived)."""
 
 enter(
     "world of the first paper, in which the radio reaches farther",
@@ -101,7 +101,7 @@ ORIGINS["near"] |= {
 
 
 def enter_with_areas(about: str, name: str, *areas: Area) -> None:
-    """Enter the scenario of that name with these areas."""
+    """Register a scenario with these areas under a name."""
     arena, task = Arena(length=3.0, width=2.0), Task(n_robots=20, start_radius=0.25, areas=areas)
     enter(about, Scenario(name=name, arena=arena, task=task))
     ORIGINS[name] = {
@@ -120,7 +120,7 @@ enter_with_areas(
     *(NEST, Area(centre=(0.3, 0.75)), Area(centre=(1.2, -0.5), worth=3.0)),
 )
 enter_with_areas(
-    "the prey area moves once, in mid-episode",  # then as far from the nest, a metre away
+    "the prey area moves once, in mid-episode",  # a metre away, at the same distance from the nest
     "moving-prey",
     *(NEST, Area(centre=(0.7, 0.5), moves_at=900.0, moves_to=(0.7, -0.5))),
 )

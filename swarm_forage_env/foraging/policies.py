@@ -1,4 +1,4 @@
-"""Policies in the foraging world: what each `learn=` observes, gives and replaces."""
+"""Policy interfaces of foraging: observation, action and replaced layers of each `learn=`."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ _RAW = (
 
 @kernel
 def course_to_command(speed: float, angle: float, sharpest_turn: float) -> tuple[float, float]:
-    """The speed as a share of the cruise speed, min(1, 1 + speed), and the angle off the course."""
+    """Return the share of the cruise speed, min(1, 1 + speed), and the angle off the course."""
     return min(1.0, 1.0 + speed), angle
 
 
@@ -68,14 +68,14 @@ FORAGING_STEERINGS = {
         is_course=True,
     ),
 }
-"""How a policy can steer a robot that knows where it is heading, too."""
+"""Forms of steering, including those that need a goal."""
 
 N_SYMBOLS = 4
-"""Messages among which a discrete action of everything chooses, beside silence."""
+"""Number of messages in the discrete actions of `learn="everything"`, besides silence."""
 
 
 def symbols() -> Float32[Array, "choices numbers"]:
-    """What a robot can say in a discrete action: nothing, or one of the words alone."""
+    """Return the messages of discrete actions: silence, or one of the first words set to 1."""
     said = np.zeros((1 + N_SYMBOLS, 1 + WORDS), np.float32)
     said[0, 0], said[1:, 0] = -1.0, 1.0
     said[1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
@@ -103,15 +103,15 @@ LEARNABLE = {
         said=symbols(),
     ),
 }
-"""What a policy can take the place of, by the name that `learn` takes."""
+"""Policy interfaces by the value of `learn`."""
 
 
 @kernel
 def apply_action(robot: RobotState, messages: PolicyMessages) -> None:
-    """Command what the policy of a robot that forages says.
+    """Write the command of a robot from the action of a policy of everything.
 
-    Nobody reports itself lost, and nobody's beliefs are known: a robot that has visited an area
-    counts as knowing it.
+    Such a robot has no beliefs and never reports itself lost; an area that it has visited counts as
+    known.
     """
     robot.command.is_speaking = messages.speak > 0.0
     for k in range(2):
@@ -121,7 +121,7 @@ def apply_action(robot: RobotState, messages: PolicyMessages) -> None:
 
 @kernel
 def hear_words(world_arrays: Arrays, minds: Array, w: int, i: int) -> None:
-    """Write the words in each message slot of robot i of world w; zeros in an empty one."""
+    """Write the words in each message slot of robot i of world w; zeros in empty slots."""
     messages, heard = world_arrays[0][w, i].heard, minds[w, i].heard
     for slot in range(heard.shape[0]):
         for k in range(WORDS):

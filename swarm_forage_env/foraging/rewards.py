@@ -1,4 +1,4 @@
-"""What rewards of foraging are made of: the events of a tick, and the potential for shaping."""
+"""Inputs of foraging rewards: the events of a tick, and the potential for shaping."""
 
 import math
 
@@ -20,39 +20,39 @@ from swarm_forage_env.record import field
 from swarm_forage_env.task import Events, Potential
 
 TOUCH = 1e-3
-"""Bodies within this of each other, of a wall or of an obstacle are in contact [m]."""
+"""Gap below which bodies are in contact with each other, a wall or an obstacle [m]."""
 
 
 class ForagingEvents(Events):
-    """What happened to one robot in the last tick."""
+    """Events of one robot in the last tick."""
 
     trip: bool = field(np.bool_)
-    """It completed nest -> prey -> nest."""
+    """Whether the robot completed a round trip nest -> prey -> nest."""
     visit: int = field(np.int32, start=FLOOR)
-    """The area that it came to stand on: 0 nest, 1 prey; -1 none, or it stood there before."""
+    """Area that the robot entered: 0 nest, 1 prey; -1 none, or it was there before."""
     loss: bool = field(np.bool_)
-    """It found itself lost, and forgot where the areas are."""
+    """Whether the robot got lost and forgot the areas."""
     contact: bool = field(np.bool_)
-    """Its body touches another, a wall or an obstacle."""
+    """Whether the robot touches another robot, a wall or an obstacle."""
     message: int = field(np.int32)
-    """Messages that it heard."""
+    """Number of messages that the robot received."""
 
     @staticmethod
     def write(world: ForagingWorld, before: Array, out: Array) -> None:
-        """Write what happened to the robots of these worlds since they were as `before`."""
+        """Write the events of the robots of these worlds since the records `before`."""
         write_events(world.robots, before, world.worlds, world.near, world.obstacles, out)
 
 
 @kernel
 def area_under(robot: RobotState, world: WorldState) -> int:
-    """The area under the middle ground sensor of a robot, as `score` counts visits."""
+    """Return the area under the middle ground sensor of a robot, as used by `score`."""
     dx, dy = to_outer(world.ground_ahead, 0.0, robot.heading[0], robot.heading[1])
     return kind_at(robot.pose[0] + dx, robot.pose[1] + dy, world)
 
 
 @kernel
 def is_touching(swarm: Array, i: int, near: Int32[Array, " columns"], world: WorldState) -> bool:
-    """The body of robot i touches that of another."""
+    """Return whether robot i touches another robot."""
     x, y = swarm[i].pose[0], swarm[i].pose[1]
     for k in range(FIRST, FIRST + near[COUNT]):
         other = swarm[near[k]].pose
@@ -88,12 +88,12 @@ def write_events(
 
 
 LEGS = 3
-"""To the first nest, to the prey, back to the nest."""
+"""Number of legs: to the first nest, to the prey, back to the nest."""
 
 
 @kernel
 def farthest(world: WorldState) -> float:
-    """The largest distance that a robot can have from the centre of an area [m]."""
+    """Return the largest possible distance of a robot from the centre of an area [m]."""
     x, y = 0.0, 0.0
     for k in range(world.areas.shape[0]):
         x, y = max(x, abs(world.areas[k, 0])), max(y, abs(world.areas[k, 1]))
@@ -102,16 +102,16 @@ def farthest(world: WorldState) -> float:
 
 @kernel
 def potential(robot: RobotState, world: WorldState) -> float:
-    """How far a robot is on its round trip: a function of the true state, in [0, 1].
+    """Return the progress of a robot on its round trip, from the true state, in [0, 1].
 
         Phi = (leg + 1 - d / far) / 3
 
     leg counts nest (first visit), prey, nest; d is the true distance to the centre of the nearest
-    area of the kind that leg leads to [m], far the largest distance possible in the arena [m]: both
-    as they are in the robot's own world.
+    area of the kind that the leg leads to [m], far the largest possible distance [m], both in the
+    robot's own world.
 
-    Not in the paper: the potential itself; and an episode that is cut short keeps the potential of
-    its last state, as its value is bootstrapped.
+    Not in the paper: the potential itself; and a truncated episode keeps the potential of its last
+    state, as its value is bootstrapped.
 
     Source: Ng1999, Theorem 1, for shaping by a potential.
     """
@@ -121,10 +121,10 @@ def potential(robot: RobotState, world: WorldState) -> float:
 
 
 def max_shaping(scenario: Scenario) -> tuple[float, str]:
-    """The largest weight w of the potential in a scenario, and why.
+    """Return the largest weight w of the potential in a scenario, and the reason in words.
 
-    The potential falls from 1 to 1/3 where a trip ends and the next begins, so that a trip
-    worth v pays v - 2 w / 3 in that tick; the trip worth least must not pay less than nothing.
+    The potential falls from 1 to 1/3 when a trip ends and the next begins, so that a trip worth v
+    pays v - 2 w / 3 in that tick; the trip worth least must not pay less than 0.
     """
     areas = scenario.task.areas
     worths = [[each.worth for each in areas if each.kind == kind] for kind in AREAS]

@@ -1,4 +1,4 @@
-"""A scenario of foraging: that of e-pucks, and a nest and a prey area. Origins: `epuck.parts`."""
+"""Scenario of foraging: that of e-pucks, with nests and prey areas. Origins: `epuck.parts`."""
 
 import math
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Task(Mission):
-    """Foraging: where the areas are, beside how many robots there are, and for how long."""
+    """Foraging task: the areas, in addition to the parameters of a mission."""
 
     area_radius: Positive = Field(
         0.1, description="Radius of the nest and of the prey area [m]. TR Table 2 (published)"
@@ -42,7 +42,7 @@ class Task(Mission):
 
 
 class Scenario(EpuckScenario):
-    """Everything that fixes a world of foraging but its seed."""
+    """Parameters of a world of foraging."""
 
     task: Task = Task()
 
@@ -59,7 +59,7 @@ class Scenario(EpuckScenario):
         return self
 
     def _check_areas(self) -> None:
-        """ValueError for an area outside the arena, on another one, or in the start circle."""
+        """Raise ValueError for areas outside the arena, on each other, or in the start circle."""
         task, arena, places = self.task, self.arena, self.task.areas or self.places
         half_x, half_y, radius = 0.5 * arena.length, 0.5 * arena.width, task.area_radius
         inside, away = "move it inside, or make it smaller", "move it away from the origin"
@@ -93,12 +93,12 @@ class Scenario(EpuckScenario):
 
     @property
     def unread(self) -> Mapping[str, str]:
-        """The distance of the two usual areas, where others are given."""
+        """Parameters without effect, each with the one that replaces it."""
         return {"task.area_distance": "task.areas"} if self.task.areas else {}
 
     @property
     def places(self) -> tuple[Area, ...]:
-        """All areas, the first nest and the first prey area in front."""
+        """All areas: the first nest, the first prey area, then the others."""
         if self.task.areas:
             return in_order(self.task.areas)
         half = 0.5 * self.task.area_distance

@@ -1,4 +1,4 @@
-"""The foraging task: the floor, and what counts as a visit, a round trip and being on the path."""
+"""Scoring of foraging: the floor, and counts of visits, round trips and ticks on the path."""
 
 import math
 
@@ -12,26 +12,26 @@ from swarm_forage_env.foraging.records import RobotState, WorldState
 
 @kernel
 def number_at(x: float, y: float, world: WorldState) -> int:
-    """Which area of the world holds a point of the world frame [m]: its number, or FLOOR."""
+    """Return the index of the area at a point of the world frame [m], or FLOOR."""
     return area_at(x, y, world.areas, world.n_areas, world.area_radius)
 
 
 @kernel
 def kind_at(x: float, y: float, world: WorldState) -> int:
-    """What lies under a point of the world frame [m]: NEST, PREY or FLOOR."""
+    """Return the kind of area at a point of the world frame [m]: NEST, PREY or FLOOR."""
     number = number_at(x, y, world)
     return FLOOR if number == FLOOR else int(world.kinds[number])
 
 
 @kernel
 def brightness_at(x: float, y: float, world: WorldState) -> float:
-    """How bright the floor is under a point of the world frame [m]."""
+    """Return the brightness of the floor at a point of the world frame [m]."""
     return brightness(kind_at(x, y, world))
 
 
 @kernel
 def distance_to_kind(x: float, y: float, kind: int, world: WorldState) -> float:
-    """Distance from a point of the world frame to the nearest centre of that kind of area [m]."""
+    """Return the distance from a point, world frame, to the nearest area centre of a kind [m]."""
     nearest = math.inf
     for k in range(world.n_areas):
         if world.kinds[k] == kind:
@@ -41,14 +41,14 @@ def distance_to_kind(x: float, y: float, kind: int, world: WorldState) -> float:
 
 @kernel
 def reset_areas(world: WorldState) -> None:
-    """Put all areas where they are at the start."""
+    """Move all areas to their first places."""
     for k in range(world.n_areas):
         world.areas[k, 0], world.areas[k, 1] = world.first_places[k, 0], world.first_places[k, 1]
 
 
 @kernel
 def move_areas(world: WorldState) -> None:
-    """Put the areas that move in this tick at their second places."""
+    """Move the areas that are due in this tick to their second places."""
     for k in range(world.n_areas):
         if world.ticks == world.moves_at[k]:
             world.areas[k, 0], world.areas[k, 1] = world.moves_to[k, 0], world.moves_to[k, 1]
@@ -59,7 +59,7 @@ TO_FIRST_NEST, TO_PREY, TO_NEST = 0, 1, 2
 
 @kernel
 def next_leg(leg: int, area: int) -> tuple[int, bool]:
-    """The leg after standing on an area, and whether that completes nest -> prey -> nest.
+    """Return the leg after a visit of an area, and whether that completes nest -> prey -> nest.
 
     Source: TR, Section 6.1.2 (the round trip).
     """
@@ -72,11 +72,11 @@ def next_leg(leg: int, area: int) -> tuple[int, bool]:
 
 @kernel
 def score_visit(robot: RobotState, world: WorldState) -> None:
-    """Count the visit and the round trip of a tick, and what the trip is worth.
+    """Count the visit and the round trip of a tick, and write the reward of the trip.
 
-    A robot visits an area when its middle ground sensor, `ground_ahead` of its centre [m], is
-    truly over it. It takes an item where its way to the prey ends, and a trip is worth what that
-    prey area is worth, times what the nest is worth.
+    A robot visits an area when the true position of its middle ground sensor, `ground_ahead` of its
+    centre [m], is over it. It takes an item where leg 1 ends. The reward is the worth of that prey
+    area times the worth of the nest.
     """
     robot.reward = 0.0
     dx, dy = to_outer(world.ground_ahead, 0.0, robot.heading[0], robot.heading[1])
@@ -96,9 +96,9 @@ def score_visit(robot: RobotState, world: WorldState) -> None:
 
 @kernel
 def count_reports(robot: RobotState, world: WorldState) -> None:
-    """Count what the controller reported: losses, and ticks with both areas known.
+    """Count reports of the controller: losses, and ticks with both areas known (on the path).
 
-    The latter in the second half of the episode; such a robot is on the path.
+    The latter are counted in the second half of the episode only.
     """
     robot.lost_events += robot.report.is_lost
     robot.known[NEST], robot.known[PREY] = robot.report.known[NEST], robot.report.known[PREY]
@@ -108,6 +108,6 @@ def count_reports(robot: RobotState, world: WorldState) -> None:
 
 @kernel
 def score(swarm: Array, i: int, world: WorldState) -> None:
-    """Score robot i: its visit and round trip, and what its controller reported."""
+    """Score robot i: its visit, its round trip, and the reports of its controller."""
     score_visit(swarm[i], world)
     count_reports(swarm[i], world)

@@ -1,4 +1,4 @@
-"""The task of foraging, as the rest of the code knows it."""
+"""Definition of the task of foraging."""
 
 from swarm_forage_env.epuck.task import ON_GPU, slots
 from swarm_forage_env.foraging import global_state, policies

@@ -19,17 +19,17 @@ class ForagingWorld(
         "score": score,
     },
 ):
-    """Worlds in which e-pucks forage, side by side."""
+    """Worlds of foraging e-pucks that run in parallel."""
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:
-        """Centres of the first nest and the first prey area in the first world, now [m]."""
+        """Current centres of the first nest and the first prey area in the first world [m]."""
         centres: Float64[Array, "areas 2"] = self.worlds["areas"][0, :2]
         return centres
 
     @staticmethod
     def write_task(scenario: Scenario, out_worlds: Array) -> None:
-        """Write the areas, and when the second half of an episode begins."""
+        """Write the areas, and the tick of half an episode."""
         out_worlds["half_time"] = scenario.n_ticks // 2
         out_worlds["area_radius"] = scenario.task.area_radius
         write_areas(scenario.places, scenario.tick, out_worlds)
