@@ -363,18 +363,36 @@ class ArrayEnv:
     def snapshot(self) -> object:
         """Return the full state, which can be pickled and restored any number of times."""
         self.download()
-        return self.loop.snapshot(), (self.episodes.snapshot(), self._decisions.snapshot())
+        kept = self.episodes.snapshot(), self._decisions.snapshot(), self._lasting
+        return self.loop.snapshot(), kept
 
     def restore(self, snapshot: object) -> None:
         """Continue from a snapshot, bit for bit; ConfigError if it does not fit."""
         loop, rest = parts_of(snapshot, 2)
-        episodes, decisions = parts_of(rest, 2)
+        episodes, decisions, lasting = parts_of(rest, 3)
         self._decisions.check_fits(parts_of(decisions, 2))
+        for name, own in self._lasting.items():
+            if lasting[name] != own:
+                raise ConfigError(
+                    f"restore(): the snapshot is of an environment of other options, where {name}"
+                    f" is {lasting[name]!r}, and here {own!r}; make one with the same"
+                )
         self.loop.restore(loop)
         self._decisions.restore(decisions)
         self.episodes.restore(episodes)
         if isinstance(self._on, DeviceLoop):
             self._on.upload(range(self.n_worlds))
+
+    @property
+    def _lasting(self) -> dict[str, object]:
+        """Options that say what a snapshot counts, draws and keeps frames of."""
+        config = self.config
+        return {
+            "decision_period": config.period,
+            "step_on": config.step_on,
+            "randomise": [*self.episodes.drawn],
+            "normalise": config.stack > 1 and config.normalise,
+        }
 
     def _repr_html_(self) -> str:
         return html_of(self, type(self).__name__)

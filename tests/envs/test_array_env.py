@@ -161,9 +161,11 @@ def test_a_copy_and_a_snapshot_in_mid_episode_go_on_bit_for_bit(options):
     assert_same(first, run(env, 30))
 
 
-@pytest.mark.parametrize(
-    "options", [{"learn": "both"}, {"stack": 2}, {"controller": "nc"}, {"n_worlds": 3}]
-)
+OTHER = [{"learn": "both"}, {"stack": 2}, {"controller": "nc"}, {"n_worlds": 3}]
+OTHER += [{"decision_period": 5}, {"randomise": {"radio.max_range": (0.1, 0.2)}}]
+
+
+@pytest.mark.parametrize("options", OTHER)
 def test_a_snapshot_of_another_environment_is_refused_and_changes_nothing(options):
     env, twin = begun(2), begun(2)
     with pytest.raises(ConfigError, match=r"of other options|cannot be restored"):
