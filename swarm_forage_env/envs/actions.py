@@ -167,7 +167,7 @@ class Actions:
         try:
             stacked = np.array([actions[agent] for agent in self._agents])
             usable = self._usable(stacked) if len(actions) == len(self._agents) else None
-        except (IndexError, KeyError, TypeError, ValueError):
+        except (IndexError, KeyError, RuntimeError, TypeError, ValueError):
             usable = None  # the error is determined below
         if usable is None:
             raise self._complaint(actions)
@@ -219,8 +219,8 @@ class Actions:
             return self._complaint_about_choice(action)
         try:
             array = np.asarray(action, dtype=np.float64)
-        except (OverflowError, TypeError, ValueError):
-            return f"{shown(action)}: must be finite numbers, {', '.join(layout.names)}"
+        except (OverflowError, RuntimeError, TypeError, ValueError) as error:
+            return f"{shown(action)}: must be finite numbers, {', '.join(layout.names)}; {error}"
         if array.shape != self._shape[1:]:
             return f"shape {array.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
         for feature, value, as_given in zip(layout, array, np.asarray(action), strict=True):
@@ -242,11 +242,12 @@ class Actions:
 
 
 def as_array(actions: object) -> Array:
-    """Return the actions as one array; ConfigError if their lengths differ."""
+    """Return the actions as one array; ConfigError if NumPy cannot read them."""
     try:
         return np.asarray(actions)
-    except ValueError as error:
-        raise ConfigError(f"actions={shown(actions)}: {error}") from None
+    except (RuntimeError, TypeError, ValueError) as error:
+        advice = "give numbers of float32, or choices of int64"
+        raise ConfigError(f"actions={shown(actions)}: {error}; {advice}") from None
 
 
 @entry_point

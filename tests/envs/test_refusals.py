@@ -3,6 +3,7 @@
 import gymnasium
 import numpy as np
 import pytest
+import torch
 from gymnasium.error import ResetNeeded
 from numpy.testing import assert_array_equal
 
@@ -85,6 +86,7 @@ def running():
             "epuck_0: .*: must be finite numbers, wheels.left",
         ),
         ({"epuck_0": None}, ConfigError, "epuck_0: "),
+        ({"epuck_0": torch.zeros(2, requires_grad=True)}, ConfigError, "epuck_0: .*requires grad"),
         ({"epuck_0": 10**5000}, ConfigError, "epuck_0: <int of thousands of digits>: must be fin"),
         ({"epuck_2": ...}, ConfigError, "epuck_2 has none; every agent needs one"),
         ({"epuck_3": GOOD}, UnknownNameError, "no agent named 'epuck_3', did you mean 'epuck_"),
