@@ -210,7 +210,8 @@ def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
     chosen = np.asarray(worlds)
     if chosen.dtype == np.bool_ and chosen.shape == (n_worlds,):
         return np.flatnonzero(chosen)
-    is_number = chosen.dtype.kind in "iu" and chosen.shape == np.unique(chosen).shape
+    is_whole = chosen.dtype.kind in "iu" or chosen.size == 0  # NumPy takes [] for real numbers
+    is_number = is_whole and chosen.shape == np.unique(chosen).shape
     if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
         return chosen.astype(np.int64)
     raise ConfigError(

@@ -42,8 +42,8 @@ def run(env, n):
         seen, rewards, terminated, truncated, infos = env.step(actions_of(env, rng))
         assert not terminated.any()
         found += [seen, rewards, truncated, infos["unshaped_reward"], env.log(), env.state()]
-        if truncated.any():
-            found.append(env.reset(worlds=truncated)[0])
+        found.append(env.reset(worlds=truncated)[0])
+        assert_array_equal(found[-1][~truncated], seen[~truncated])
     return found
 
 
