@@ -16,6 +16,7 @@ from torch import Tensor
 
 from swarm_forage_env.compiler import is_simulated
 from swarm_forage_env.device_memory import usable_gpu
+from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.errors import ConfigError
@@ -153,6 +154,9 @@ class TensorVecEnv:
 
     def step(self, actions: Tensor) -> Step:
         """Step all rows. ConfigError for actions out of bounds, which on a GPU `check` raises."""
+        shape = self.n_rows, *self.blocks[0].action_shape
+        if actions.shape != shape:
+            raise ConfigError(f"actions of shape {tuple(actions.shape)}: must be {shape}")
         begin = time.perf_counter()
         if self.is_one_launch:
             self.count()
@@ -260,5 +264,5 @@ def array_for(env: ArrayEnv, tensor: Tensor) -> object:
     """Return an array over the memory of a tensor, for the environment's `step`."""
     dense = tensor.detach().contiguous()
     if env.device == "cpu":
-        return dense.numpy(force=True)
+        return as_array(dense.cpu())
     return dense if dense.is_cuda else env.memory.to_device(dense.numpy())

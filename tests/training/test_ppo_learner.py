@@ -254,8 +254,10 @@ def test_blocks_of_several_scenarios_are_joined_and_their_time_is_counted(monkey
     assert env.reset().shape == (22, len(env.observation_layout))
     assert env.step(torch.zeros(22, 2)).rewards.shape == (22,)
     assert env.stepping_s == 4.0
-    with pytest.raises(ConfigError, match="nan"):
-        env.step(torch.full((22, 2), float("nan")))
+    bad = {"nan": torch.full((22, 2), float("nan")), r"must be \(22, 2\)": torch.zeros(21, 2)}
+    for says, actions in bad.items():
+        with pytest.raises(ConfigError, match=says):
+            env.step(actions)
 
 
 def test_torch_must_find_the_gpu_that_the_worlds_are_on(monkeypatch, experiment):
