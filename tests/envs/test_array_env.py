@@ -173,6 +173,17 @@ def test_a_snapshot_of_another_environment_is_refused_and_changes_nothing(option
     assert_same(run(env, 5), run(twin, 5))
 
 
+def test_what_a_step_gives_may_be_written_to_and_stays():
+    env = begun(2, stack=2, randomise={"radio.max_range": (0.1, 0.2)})
+    twin = copy.deepcopy(env)
+    *given, infos = env.step(np.zeros((2, 4, 2)))
+    for array in (*given, *infos.values()):
+        array[...] = 1
+    twin.step(np.zeros((2, 4, 2)))
+    assert_same(run(env, 5), run(twin, 5))
+    assert all((array == 1).all() for array in (*given, *infos.values()))
+
+
 def test_threads_change_nothing(monkeypatch):
     monkeypatch.setattr(worlds_on_cpu, "ROBOTS_FOR_THREADS", 0)
     one, three = (run(begun(5, threads=n, shaping=1.0, stack=2), 9) for n in (1, 3))
