@@ -1,4 +1,4 @@
-"""Benchmark cases: the worlds that are timed, through which interface, and their warm-up."""
+"""Benchmark cases: the timed worlds, the interface that steps them, and their warm-up."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -18,11 +18,11 @@ from swarm_forage_env.scenarios import find_scenario
 
 CONTROLLER = "ssgikf"
 
-HELD = 20  # ticks for which a random action is held, so that robots get about
+HELD = 20  # ticks for which a random action is held, so that robots move around
 
-Tick = Callable[[], object]  # a call that is timed: a tick of a block, or several
+Tick = Callable[[], object]  # a timed call: one or several ticks of a block
 Tell = Callable[[str], None]  # receives the name of each measurement before it starts
-Measured = dict[str, Any]  # what was measured, as JSON holds it
+Measured = dict[str, Any]  # measurements by name, as JSON values
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Case:
     n_worlds: int = 1
     is_spread: bool = False  # robots are placed all over the arena, not in the start circle
     warm_up: int = 3000
-    """Ticks before the clock starts, in which robots spread, find the areas and talk."""
-    n_ticks: int = 1  # ticks of a call that is timed
+    """Ticks before the timing, in which robots spread, find the areas and exchange messages."""
+    n_ticks: int = 1  # ticks of a timed call
 
     @property
     def rows(self) -> int:
@@ -43,7 +43,7 @@ class Case:
         return self.n_worlds * self.scenario.task.n_robots
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
-        """Run the warm-up and return what is timed."""
+        """Run the warm-up and return the timed call."""
         return partial(self.start(physics, quick, threads).run, self.n_ticks)
 
     def start(self, physics: str, quick: bool, threads: int = 1) -> Loop:
@@ -57,7 +57,7 @@ class Case:
         return loop
 
     def n_warm_up(self, quick: bool) -> int:
-        """Ticks of the warm-up, a fifth of them for a quick run."""
+        """Return the number of warm-up ticks; a quick run has a fifth of them."""
         return self.warm_up // 5 if quick else self.warm_up
 
     def _driven(
@@ -67,7 +67,7 @@ class Case:
         actions: Iterable[object],
         quick: bool,
     ) -> Tick:
-        """The next step of an environment, each action `HELD` times, after the warm-up."""
+        """Run the warm-up and return the call of one step; each action is held for `HELD` steps."""
 
         def steps() -> Iterator[None]:
             held = (action for action in cycle(actions) for _ in range(HELD))
@@ -84,7 +84,7 @@ class Case:
 
 
 class _EpisodeCase(Case):
-    """A case in which whole episodes are evaluated: worlds made, run and measured."""
+    """Case of whole episodes: worlds are created, run and measured."""
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         duration = {"task.duration": self.n_ticks * self.scenario.tick}
@@ -94,7 +94,7 @@ class _EpisodeCase(Case):
 
 
 class _ArrayCase(Case):
-    """A case in which a policy drives the robots through the environment on arrays."""
+    """Case in which random actions drive the robots through the array environment."""
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         from swarm_forage_env import ArrayEnv
@@ -109,7 +109,7 @@ class _ArrayCase(Case):
 
 
 class _DictionaryCase(Case):
-    """A case in which a policy drives the robots through PettingZoo's dictionaries."""
+    """Case in which random actions drive the robots through PettingZoo's dictionaries."""
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         from swarm_forage_env import parallel_env
@@ -124,15 +124,15 @@ class _DictionaryCase(Case):
 
 
 def random_wheels(rows: int) -> Float32[Array, "actions rows 2"]:
-    """Speeds of the wheels of all robots in several ticks, at random."""
+    """Draw 16 random actions for all robots: wheel speeds in [-1, 1]."""
     return np.random.default_rng(2).uniform(-1.0, 1.0, (16, rows, 2)).astype(np.float32)
 
 
 def all_cases() -> list[Case]:
-    """All benchmark cases: those of the budgets, and es3 at 1, 10 and 100 times its size.
+    """Return all benchmark cases; the last three are es3 at 1, 10 and 100 times its size.
 
-    A large swarm would take hours to leave its start circle: the last three start all over
-    the arena, and warm up for 300 ticks.
+    A large swarm would need hours to leave its start circle, so the robots of the last three start
+    all over the arena and warm up for 300 ticks.
     """
     es1, es3 = find_scenario("es1"), find_scenario("es3")
     spread = {"es3 spread": 1, "es3 x 10": 10, "es3 x 100": 100}
@@ -154,7 +154,7 @@ def all_cases() -> list[Case]:
 
 
 def enlarged(scenario: Scenario, factor: int) -> Scenario:
-    """A scenario with `factor` times the robots at the same density: every length grows."""
+    """Return the scenario with `factor` times the robots at the same density, in a larger arena."""
     side = math.sqrt(factor)
     task, arena, radius = scenario.task, scenario.arena, scenario.robot.radius
     lengths = {
@@ -171,7 +171,7 @@ def enlarged(scenario: Scenario, factor: int) -> Scenario:
 
 
 def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "worlds robots 3"]:
-    """Random poses of robots all over the arena, none touching another."""
+    """Draw random poses of robots all over the arena, without contacts between robots."""
     rng = np.random.default_rng(0)
     arena, n_robots = scenario.arena, scenario.task.n_robots
     columns = math.ceil(math.sqrt(n_robots * arena.length / arena.width))

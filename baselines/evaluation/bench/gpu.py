@@ -1,4 +1,4 @@
-"""Speed of worlds on a GPU over their number, its stages, memory and energy; beside it the CPU."""
+"""Benchmark of worlds on a GPU: speed, stages, memory traffic and energy, compared with the CPU."""
 
 import ctypes
 import os
@@ -20,18 +20,18 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 
 N_WORLDS = {"es1": (1, 10, 100, 1_000, 10_000, 100_000), "es3": (1, 10, 100, 1_000)}
-"""Numbers of worlds of each scenario that are timed."""
+"""Timed numbers of worlds by scenario."""
 
-QUICK_WORLDS = 1_000  # the most worlds of a quick run
-TICKS = 100  # ticks of a launch
-DECISIONS = 10  # decisions between two that the CPU waits for
+QUICK_WORLDS = 1_000  # largest number of worlds in a quick run
+TICKS = 100  # ticks per launch
+DECISIONS = 10  # decisions between two waits of the CPU for the GPU
 
 
 def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
-    """Robot-steps per second of `ssgikf` on a GPU and on all threads of the CPU, `kinematic`.
+    """Measure robot-steps per second of `ssgikf`, `kinematic`, on a GPU and on all CPU threads.
 
-    The time of the first step includes making the worlds and the compilation. ConfigError without
-    a GPU.
+    The time of the first step includes the creation of the worlds and the compilation. Raises
+    ConfigError without a GPU.
     """
     usable_gpu()
     threads = os.cpu_count() or 1
@@ -47,7 +47,7 @@ def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
 
 
 def measure_case(case: Case, threads: int, quick: bool) -> Measured:
-    """One number of worlds, which run for a while on the GPU before both are timed."""
+    """Measure one case on the GPU and on the CPU, after a warm-up on the GPU."""
     controller = find_layered_controller(CONTROLLER)
     start, seeds = time.perf_counter(), range(case.n_worlds)
     loop = Loop(case.scenario, controller, seeds, "kinematic", threads, is_blank=True)
@@ -82,10 +82,10 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
 
 
 def seconds_in_environment(case: Case, quick: bool) -> tuple[float, float]:
-    """Time to make and reset an environment, and mean time of a tick through its arrays [s].
+    """Measure the times to create and reset an environment, and of a tick through its arrays [s].
 
-    The tick is that of a learner of the motion, with checks of actions, observations, rewards and
-    the reset of worlds that end, one after the other, and without a network.
+    The motion is learned, without a network. A tick includes the checks of actions, observations,
+    rewards and resets; the worlds end at different times.
     """
     start = time.perf_counter()
     env = array_env(
@@ -108,7 +108,7 @@ def seconds_in_environment(case: Case, quick: bool) -> tuple[float, float]:
 
 
 def vmas_seconds(n_worlds: int, quick: bool, device: str = "cuda") -> float | None:
-    """Mean time of a step of VMAS's navigation, 10 agents with 8 rays [s]; None without VMAS."""
+    """Return the time of a step of VMAS's navigation [s], 10 agents, 8 rays; None without VMAS."""
     if find_spec("vmas") is None:
         return None
     env = import_module("vmas").make_env(
@@ -126,7 +126,7 @@ def vmas_seconds(n_worlds: int, quick: bool, device: str = "cuda") -> float | No
 
 
 def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
-    """Time of one tick of the GPU [s], and its energy [J]; None if not reported."""
+    """Return the time [s] and the energy [J] of a tick on the GPU; energy None if not reported."""
     meter = energy_meter(usable_gpu().get_current_device().uuid)
     calls, before = count(), meter and meter()
 
@@ -140,7 +140,7 @@ def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
 
 
 def _memory(loop: DeviceLoop, rows: int) -> Measured:
-    """The share of each stage, and what it means for the memory, by events of the GPU."""
+    """Return the time share of each stage and the memory traffic, from events of the GPU."""
     seconds = stage_seconds(loop)
     whole, n_bytes = sum(seconds.values()), sum(loop.traffic.values())
     card = card_bandwidth(usable_gpu().get_current_device())
@@ -154,7 +154,7 @@ def _memory(loop: DeviceLoop, rows: int) -> Measured:
 
 
 def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
-    """Mean time of each stage of a tick [s]; zeros in a simulator, which has no clock."""
+    """Return the mean time of each stage of a tick [s]; zeros in a simulator without a clock."""
     ticks = []
     for _ in range(DECISIONS):
         marks = [loop.memory.mark()]
@@ -171,16 +171,16 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
 
 
 def card_bandwidth(device: object) -> float | None:
-    """The bandwidth of a GPU's memory, of double data rate [byte/s]; None if not reported."""
+    """Return the bandwidth of a GPU's double-data-rate memory [byte/s]; None if not reported."""
     clock = getattr(device, "MEMORY_CLOCK_RATE", None)  # [kHz]
     width = getattr(device, "GLOBAL_MEMORY_BUS_WIDTH", None)  # [bit]
     return 2.0 * clock * 1e3 * width / 8.0 if clock and width else None
 
 
 def energy_meter(uuid: str, library: ctypes.CDLL | None = None) -> Callable[[], float] | None:
-    """Reads the energy [J] that the GPU of this UUID has used since its driver was loaded.
+    """Return a function that reads the energy [J] used by a GPU since its driver was loaded.
 
-    None where the driver does not report it: another system, or a GPU older than Volta.
+    None if the driver does not report it: on another system than Linux, or a GPU before Volta.
     """
     try:
         nvml = library or ctypes.CDLL("libnvidia-ml.so.1")

@@ -1,4 +1,4 @@
-"""All benchmark measurements, as one dictionary that JSON can hold."""
+"""All measurements of the benchmark, as one dictionary of JSON values."""
 
 import json
 import os
@@ -29,7 +29,7 @@ es1 = all_cases()[0].scenario
 for physics in ("rigid", "kinematic"):
     warm_up(ExperimentConfig("ssgikf", es1, find_layered_controller("ssgikf"), physics))
 """
-"""Compiles every kernel of an evaluation."""
+"""Program that compiles every kernel of an evaluation."""
 
 LONG_RUN = """
 import json, sys
@@ -43,11 +43,11 @@ for _ in range(int(sys.argv[1])):
     loop.step()
 print(json.dumps([before, peak_memory()]))
 """
-"""Peak memory before and after many ticks of es1; the first ones fill caches."""
+"""Program that prints the peak memory before and after many ticks of es1, with filled caches."""
 
 
 def seconds(code: str, *arguments: str, repeats: int = REPEATS, cache: str | None = None) -> float:
-    """Median time [s] of a new Python process that runs this code, its start included."""
+    """Return the median time [s] of a new Python process that runs the code, its start included."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -57,7 +57,7 @@ def seconds(code: str, *arguments: str, repeats: int = REPEATS, cache: str | Non
 
 
 def start_up(quick: bool) -> dict[str, float]:
-    """Start-up times [s] of import and commands; for the import, without Python's own."""
+    """Measure the start-up times [s] of imports, without Python's own start, and of commands."""
     timed = partial(seconds, repeats=3 if quick else REPEATS)
     empty = timed("pass")
     environment = "import swarm_forage_env; swarm_forage_env.parallel_env"
@@ -70,15 +70,15 @@ def start_up(quick: bool) -> dict[str, float]:
 
 
 def memory_growth(ticks: int) -> tuple[float, float]:
-    """Peak memory of a process [MB] and its growth over these ticks of es1."""
+    """Measure the peak memory of a process [MB] and its growth over this many ticks of es1."""
     before, after = json.loads(_run(LONG_RUN, str(ticks)))
     return after, after - before
 
 
 def peak_memory() -> float:
-    """Peak memory of this process so far [MB].
+    """Return the peak memory of this process so far [MB].
 
-    On Linux getrusage starts at the peak of the parent process; so VmHWM is read there.
+    On Linux it is VmHWM, because getrusage starts at the peak of the parent process.
     """
     status = Path("/proc/self/status")
     if status.exists():

@@ -1,4 +1,4 @@
-"""Speed in robot-steps per second, of ticks, of bare pymunk, on threads; shares of the stages."""
+"""Speed of ticks in robot-steps per second, compared with pymunk alone; time shares of stages."""
 
 import statistics
 import time
@@ -15,7 +15,7 @@ from swarm_forage_env.ticks import STAGES
 
 
 def bare_pymunk(case: Case) -> Tick:
-    """One tick of pymunk alone, for robots that start all over the arena in every tick."""
+    """Return a tick of pymunk alone; each starts from the same poses, all over the arena."""
     scenario = case.scenario
     written = _bodies(case)
     spaces = [space_of(scenario) for _ in written]
@@ -55,11 +55,11 @@ def _buffer(memory: Array) -> Buffer:
 
 
 REPEATS, LENGTH = (5, 3), (0.5, 0.15)
-"""Number of repeats and length of each [s], of a full and of a quick run; the median counts."""
+"""Number of repeats and length of each [s], in a full and a quick run; the median is reported."""
 
 
 def seconds_per_tick(tick: Tick, quick: bool) -> float:
-    """Median time of one tick [s], over repeats of as many ticks as fill a fixed time."""
+    """Return the median time of one call [s], over repeats of a fixed length."""
     repeats, length = REPEATS[quick], LENGTH[quick]
     timer = Timer(tick, timer=time.perf_counter)
     timer.timeit(1)
@@ -68,7 +68,7 @@ def seconds_per_tick(tick: Tick, quick: bool) -> float:
 
 
 def case_speeds(case: Case, quick: bool) -> Measured:
-    """Robot-steps per second of a block under both engines, and of bare pymunk."""
+    """Measure robot-steps per second of a block under both engines, and of pymunk alone."""
     rigid = seconds_per_tick(case.tick("rigid", quick), quick)
     kinematic = seconds_per_tick(case.tick("kinematic", quick), quick)
     bare = seconds_per_tick(bare_pymunk(case), quick)
@@ -84,7 +84,7 @@ def case_speeds(case: Case, quick: bool) -> Measured:
 
 
 def thread_gain(case: Case, physics: str, threads: int, quick: bool) -> float:
-    """How much faster a block is on several threads than on one."""
+    """Measure the speed-up of a block on several threads, relative to one thread."""
     one = seconds_per_tick(case.tick(physics, quick), quick)
     return one / seconds_per_tick(case.tick(physics, quick, threads), quick)
 
@@ -92,15 +92,15 @@ def thread_gain(case: Case, physics: str, threads: int, quick: bool) -> float:
 TICKS, QUICK_TICKS = 600, 100
 
 SHARES = (*STAGES, "rest")
-"""engine: what moves bodies that may touch, before the tick, which moves all others, scores, senses
-and lets hear; rest: Python around the stages."""
+"""Timed parts. `engine` moves bodies that may touch; `tick` moves all others, scores, senses and
+receives messages; `rest` is Python around the stages."""
 
 
 def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
-    """Share of a tick's time that each stage takes, where each is a call of its own."""
+    """Return each stage's share of the time of a tick; each stage is a separate call."""
     loop = case.start(physics, quick)
     spent = dict.fromkeys(STAGES, 0.0)
-    for name in STAGES:  # compiles it
+    for name in STAGES:  # compiles the stage
         loop.run_stages(name)
     ticks = max(10, (QUICK_TICKS if quick else TICKS) * 100 // max(100, case.rows))
     begin = time.perf_counter()

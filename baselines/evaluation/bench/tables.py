@@ -1,4 +1,4 @@
-"""The budgets of the benchmark, the goals of worlds on a GPU, and tables of both results."""
+"""Budgets of the benchmark, goals of worlds on a GPU, and tables of the results."""
 
 from rich.console import Group, RenderableType
 from rich.table import Column, Table
@@ -10,7 +10,7 @@ from baselines.evaluation.tables import FittingTable
 
 
 def report(measured: Measured) -> Group:
-    """Tables of speeds, stages and budgets, one below the other."""
+    """Return the tables of speeds, stages and budgets, one below the other."""
     machine = ", ".join(f"{name} {value}" for name, value in measured["machine"].items())
     hurried = " (quick: less exact)" if measured["quick"] else ""
     return Group(
@@ -45,7 +45,7 @@ def _stages(measured: Measured) -> Table:
 
 
 def _budgets(rows: list[Measured]) -> Table:
-    """Table with a row for each budget, as `check` tells it."""
+    """Return a table with a row for each result of `check` or `goals_of`."""
     table = _table("", "measured", "budget", "")
     for row in rows:
         missed = abs(row["measured"] / row["budget"] - 1.0)
@@ -70,26 +70,25 @@ SPEEDS = {
     "es1 x 64, arrays": {"kinematic": 4.0, "rigid": 1.0},
     "es1, dicts": {"kinematic": 0.2, "rigid": 0.15},
 }
-"""Least robot-steps per second of a case under each engine [10^6 / s]: of blocks of worlds, of the
-environment on arrays, and of PettingZoo's dictionaries."""
+"""Minimum robot-steps per second of each case under each engine [10^6 / s]."""
 
-GAIN_PER_THREAD = 0.9  # least gain in speed that each thread brings: 1.8 of two
+GAIN_PER_THREAD = 0.9  # minimum speed-up per thread: 1.8 with two
 
 COST_RATIO = 1.5
-"""Most that a robot among 10,000 may cost, against one among 100 at the same density."""
+"""Maximum ratio of the time per robot among 10,000 to that among 100, at the same density."""
 
-START_UP = {  # what is started, and the most that it may take [s]
+START_UP = {  # what is started, and its maximum time [s]
     "import": ("import swarm_forage_env", 0.3),
     "first_run": ("first run, which compiles", 30.0),
     "help": ("swarm-forage --help", 1.0),
     "list": ("swarm-forage list", 1.0),
 }
 
-GROWTH = 1.0  # most by which peak memory may grow in a long run [MB]: flat, but for the allocator
+GROWTH = 1.0  # maximum growth of peak memory in a long run [MB]: that of the allocator
 
 
 def check(measured: Measured) -> list[Measured]:
-    """Every budget with its result, as dictionaries."""
+    """Return every budget with its measured value and verdict, as dictionaries."""
     speeds = {row["case"]: row for row in measured["speeds"]}
     least = [
         (f"{case}, {engine}", speeds[case][engine] / MILLION, budget, "M/s")
@@ -113,11 +112,11 @@ def check(measured: Measured) -> list[Measured]:
 
 
 Budget = tuple[str, float, float, str]
-"""What, how much was measured, the budget, and the unit."""
+"""Name, measured value, budget and unit."""
 
 
 def _verdicts(least: list[Budget], most: list[Budget]) -> list[Measured]:
-    """Budgets that are the least and the most that may be, with whether each is met."""
+    """Return the minimum and the maximum budgets, each with whether it is met."""
     both = [(*each, each[1] >= each[2]) for each in least]
     both += [(*each, each[1] <= each[2]) for each in most]
     names = "what", "measured", "budget", "unit", "is_met"
@@ -128,19 +127,19 @@ GPU_SPEEDS = {
     "gpu": ("GPU", {"es1 x 100": 60.0, "es1 x 1000": 250.0, "es1 x 10000": 350.0}),
     "environment": ("learning", {"es1 x 1000": 150.0, "es1 x 10000": 200.0}),
 }
-"""Least robot-steps per second on an H200 [10^6 / s], by the column of the table."""
+"""Minimum robot-steps per second on an H200 [10^6 / s]: column of the table, and goal by case."""
 
 GPU_SECONDS = {
     "first_step_s": ("first step of a second start", {"es1 x 1": 3.0}),
     "made_s": ("made and reset", {"es1 x 100000": 2.0}),
 }
-"""Most that it may take there [s]."""
+"""Maximum times on an H200 [s]: what is timed, and goal by case."""
 
 GPU_STAGES = "decide", "tick", "observe"
 
 
 def gpu_table(measured: list[Measured]) -> Group:
-    """Table with a row for each number of worlds; a dash for what the driver does not report."""
+    """Return a table with a row for each case; a dash for what the driver does not report."""
     rows = [_cells(each) for each in measured]
     columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
     parts: list[RenderableType] = [
@@ -160,7 +159,7 @@ def gpu_table(measured: list[Measured]) -> Group:
 
 
 def goals_of(measured: list[Measured]) -> list[Measured]:
-    """Every goal of a number of worlds that was measured, with its result."""
+    """Return every goal of the measured cases, with its measured value and verdict."""
     by_case = {each["case"]: each for each in measured}
     least, most = (
         [
