@@ -1,4 +1,4 @@
-"""The kinds of figures of `swarm-forage plot`, one a module; importing this registers them."""
+"""Kinds of figures of `swarm-forage plot`; importing this package registers them."""
 
 from swarm_forage_env.registry import load_folder
 

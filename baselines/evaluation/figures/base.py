@@ -20,18 +20,18 @@ class PlotOptions:
     """Options of the command `plot`."""
 
     kind: str
-    sources: Sequence[str]  # folders of datasets; for some kinds something else
+    sources: Sequence[str]  # folders of datasets; cards or controllers for some kinds
     scenarios: Sequence[str] = ()
-    controllers: Sequence[str] = ()  # empty: all that there are
+    controllers: Sequence[str] = ()  # empty: all
     metric: str | None = None  # None: the score
-    x: str | None = None  # None: the one number that varies
+    x: str | None = None  # None: the only setting that varies
     seed: int | None = None  # None: the first
     style: str = "screen"  # page style
-    with_caption: bool = False  # the whole caption is drawn
+    with_caption: bool = False  # draw the whole caption
 
     @property
     def choices(self) -> dict[str, object]:
-        """The options that the user has chosen, by name."""
+        """Options set by the user, by name."""
         chosen: dict[str, object] = {
             "scenario": self.scenarios,
             "controller": self.controllers,
@@ -43,7 +43,7 @@ class PlotOptions:
 
     @property
     def command(self) -> str:
-        """The command line that draws the same figure again."""
+        """Command line that draws the same figure again."""
         words = ["swarm-forage", "plot", self.kind, *map(str, self.sources)]
         for name, value in self.choices.items():
             values = value if isinstance(value, tuple) else (value,)
@@ -54,7 +54,7 @@ class PlotOptions:
 
     @cached_property
     def groups(self) -> list[EpisodeGroup]:
-        """The episode groups in the datasets; ConfigError unless all are of one task."""
+        """Episode groups in the datasets; ConfigError unless all are of one task."""
         groups = read_groups(self.sources, self.scenarios, self.controllers)
         if len(tasks := sorted({group.task.name for group in groups})) > 1:
             raise ConfigError(
@@ -65,7 +65,7 @@ class PlotOptions:
 
     @property
     def foraging_groups(self) -> list[EpisodeGroup]:
-        """The episode groups, for figures of foraging; ConfigError for those of another task."""
+        """Episode groups of foraging; ConfigError if they are of another task."""
         task = self.groups[0].task.name
         if task != "foraging":
             raise ConfigError(
@@ -76,7 +76,7 @@ class PlotOptions:
 
     @property
     def shown_metric(self) -> str:
-        """The metric to show; UnknownNameError if these episodes do not have it."""
+        """Metric to show; UnknownNameError if the episodes do not have it."""
         kind = self.groups[0].kind
         metric = self.metric or kind.score
         if metric not in kind.columns:
@@ -84,17 +84,17 @@ class PlotOptions:
         return metric
 
     def caption(self, text: str, groups: Sequence[EpisodeGroup] = (), note: str = "") -> Caption:
-        """The caption: a text, and how many episodes of which code the groups hold, or a note."""
+        """Return the caption; without `note`, it counts the episodes and robots of the groups."""
         return Caption(text, note or counted(groups), self.command, codes(groups))
 
 
 Draw = Callable[[PlotOptions], Figure]
-"""Draws a figure; ConfigError if the sources lack what it needs."""
+"""Function that draws a figure; ConfigError if the sources lack what it needs."""
 
 
 @dataclass(frozen=True)
 class FigureKind:
-    """A kind of figure, and the options that it has."""
+    """Kind of figure: the function that draws it, and its options."""
 
     draw: Draw
     options: tuple[str, ...]
@@ -105,7 +105,7 @@ SELECTION = "scenario", "controller"  # options of every kind that reads a datas
 
 
 def figure(name: str, *options: str) -> Callable[[Draw], Draw]:
-    """Enter the decorated function as a kind of figure that has these options."""
+    """Register the decorated function as a kind of figure with these options."""
 
     def enter(draw: Draw) -> Draw:
         FIGURES.register(name)(FigureKind(draw, options))
@@ -125,7 +125,7 @@ def check_options(options: PlotOptions) -> None:
 
 
 def sample(group: EpisodeGroup, metric: str) -> list[float]:
-    """The metric of each episode, in the units of its axis, without missing values."""
+    """Return the metric of each episode in the units of its axis, without missing values."""
     return present_values(group.episodes, metric, group.kind.columns[metric][1])
 
 
@@ -151,5 +151,5 @@ def counted(groups: Sequence[EpisodeGroup]) -> str:
 
 
 def codes(groups: Sequence[EpisodeGroup]) -> tuple[str, ...]:
-    """The code that ran the episodes of the groups."""
+    """Return the hashes of the code that ran the episodes, sorted."""
     return tuple(sorted({group.code for group in groups}))

@@ -1,4 +1,4 @@
-"""A metric of controllers: box plots, and tables of its means by motion and localisation."""
+"""Figures of a metric: box plots, and tables of its means by motion and localisation."""
 
 import json
 import logging
@@ -48,7 +48,7 @@ LOCALISATION = "estimator"  # the layer that a row of the table varies
 
 @figure("table", *SELECTION, "metric")
 def draw_table(options: PlotOptions) -> Figure:
-    """Draw a row for each motion, a column for each localisation."""
+    """Draw a table of means: a row for each motion, a column for each localisation."""
     varied = {
         each.label(LOCALISATION)
         for each in options.groups

@@ -1,4 +1,4 @@
-"""Line plots: a metric over one setting, as beta; shares of the robots over time."""
+"""Line plots: a metric over one setting, such as beta; shares of the robots over time."""
 
 import json
 import logging
@@ -25,14 +25,14 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.parameters import resolve
 
 AXES = {"task.n_robots": "robots", "radio.max_range": "radio range"}
-"""Settings that an axis calls otherwise than by their last word."""
+"""Axis names of settings; others are named by the last part of their dotted name."""
 
 LOGGER = logging.getLogger("swarm-forage")
 
 
 @figure("curve", *SELECTION, "metric", "x")
 def draw_curve(options: PlotOptions) -> Figure:
-    """Draw means over a setting x: a curve for each controller, a level line for one without x."""
+    """Draw means over a setting x: a curve for each controller, a flat line for one without x."""
     if options.x:  # `beta` or `weighting.beta`
         known = dict(chain(*(_numeric(group).items() for group in options.groups)))
         x = resolve(options.x, known, "number behind these episodes")
@@ -55,7 +55,7 @@ def draw_curve(options: PlotOptions) -> Figure:
 def _panels(
     options: PlotOptions, groups: Sequence[EpisodeGroup], x: str
 ) -> dict[str, dict[str, Means]]:
-    """The curves of each setup; ConfigError if x varies in none, a line on stderr if in some."""
+    """Return the curves of the setups in which x varies, warn of others; ConfigError if in none."""
     setups = _series(groups, x)
     short = [setup for setup, each in setups.items() if max(map(len, each.values())) < 2]
     if len(short) == len(setups):
@@ -70,7 +70,7 @@ def _panels(
 
 
 def _varied(groups: Sequence[EpisodeGroup]) -> str:
-    """The one setting that varies while all else is the same; ConfigError if it is not one."""
+    """Return the setting that varies while all else is equal; ConfigError unless it is one."""
     candidates = {name for group in groups for name in _numeric(group)}
     vary = {name for name in candidates if len({group.numbers.get(name) for group in groups}) > 1}
     names = []
@@ -103,7 +103,7 @@ def _numeric(group: EpisodeGroup) -> dict[str, float]:
 
 
 def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[str, dict[str, list[EpisodeGroup]]]:
-    """Groups that differ in x (and the scenario's name), in its order, by setup and controller."""
+    """Return groups that differ in x (and `name`) only, ordered by x, by setup and controller."""
     shared: dict[str, list[EpisodeGroup]] = {}
     for group in groups:
         rest = {name: value for name, value in group.numbers.items() if name not in (x, "name")}
@@ -125,7 +125,7 @@ def _means(options: PlotOptions, groups: Sequence[EpisodeGroup], x: str) -> Mean
 
 
 def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, float]:
-    """Mean and interval, which is the mean itself where nothing varies; NaN for no value."""
+    """Return the mean and its interval: at the mean if nothing varies, all NaN without values."""
     estimate = mean_interval(sample(group, options.shown_metric))
     if estimate is None:
         return np.nan, np.nan, np.nan
@@ -133,7 +133,7 @@ def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, floa
 
 
 def _axis(x: str, group: EpisodeGroup) -> str:
-    """Axis label of a setting, with its unit if the controller still exists."""
+    """Return the axis label of a setting, with its unit if the controller still exists."""
     try:
         configuration = group.configuration()
         unit = (units(configuration.scenario) | units(configuration.controller)).get(x, "")
@@ -149,7 +149,7 @@ OVER_TIME: dict[str, tuple[str, str, Callable[[Sequence[ForagingEpisode]], Means
         "Robots that have visited both areas.", "robots recruited [%]", recruited_over_time,
     ),
 }  # fmt: skip
-"""What a caption and an axis say of each share of the robots over time, and the curve."""
+"""Caption, axis label and curve of each share of the robots over time."""
 
 
 @figure("on-path", *SELECTION)

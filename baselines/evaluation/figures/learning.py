@@ -34,7 +34,7 @@ class Point(_Entry):
     simulated_s: float = Field(ge=0.0)
     """Simulated time so far, summed over worlds [s]."""
     round_trips: dict[str, Span]
-    """In each scenario."""
+    """Round trips by scenario."""
 
 
 class TrainingCard(_Entry):
@@ -46,7 +46,7 @@ class TrainingCard(_Entry):
     @model_validator(mode="before")
     @classmethod
     def _of_ppo(cls, card: object) -> object:
-        """The part `training` of a card that has one, else the card itself."""
+        """Return the part `training` of a card that has one, else the card itself."""
         return card.get("training", card) if isinstance(card, dict) else card
 
 
@@ -72,7 +72,7 @@ def draw(options: PlotOptions) -> Figure:
 
 
 def read_card(file: Path) -> TrainingCard:
-    """Read a policy card, named by its own path or the policy's; ConfigError if it is none."""
+    """Read a policy card from its path or that of the policy; ConfigError if it is no card."""
     file = file.with_suffix(".json") if file.suffix == ".safetensors" else file
     try:
         return TrainingCard.model_validate_json(file.read_bytes())
@@ -91,7 +91,7 @@ def read_card(file: Path) -> TrainingCard:
 
 
 def _names(files: Sequence[Path]) -> list[str]:
-    """The shortest path endings that tell the files apart."""
+    """Return the shortest path endings that are unique."""
     parts = [file.with_suffix("").parts for file in files]
     depths = range(1, max(map(len, parts)) + 1)
     endings = (["/".join(each[-depth:]) for each in parts] for depth in depths)

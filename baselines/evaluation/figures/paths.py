@@ -1,7 +1,7 @@
 """Heat maps of the robots' positions in one episode of each controller.
 
-The positions are those that `evaluate --trajectories` has written, or else the same episode is run
-again, whose round trips must be those that the dataset holds.
+The positions come from a trajectory file of `evaluate --trajectories`. Without one the episode is
+run again, and its round trips must equal those in the dataset.
 """
 
 import logging
@@ -26,7 +26,7 @@ from swarm_forage_env.task import stage_of, task_of
 
 LOGGER = logging.getLogger("swarm-forage")
 
-CELL = 0.02  # side of a cell, about: the cells fill the arena [m]
+CELL = 0.02  # approximate side of a cell [m]; the cells fill the arena
 
 
 @dataclass(frozen=True)
@@ -34,15 +34,15 @@ class Shown:
     """The episode of one panel."""
 
     setup: str
-    controller: str  # by its name
+    controller: str  # its label
     seed: int
     density: Density
-    is_kept: bool = False  # it is that of a trajectory
+    is_kept: bool = False  # the density is that of a trajectory file
 
 
 @figure("paths", *SELECTION, "seed")
 def draw(options: PlotOptions) -> Figure:
-    """Draw the maps, from a dataset or from SCENARIO CONTROLLER..., a panel for each."""
+    """Draw a map for each group of a dataset, or for each controller of SCENARIO CONTROLLER..."""
     is_dataset = Path(options.sources[0]).is_dir()
     shown = list(_evaluated(options) if is_dataset else _asked(options))
     setups = {each.setup for each in shown}
@@ -62,7 +62,7 @@ def draw(options: PlotOptions) -> Figure:
 
 
 def _evaluated(options: PlotOptions) -> Iterator[Shown]:
-    """The first episode of every group, or the one with the seed."""
+    """Yield the first episode of every group, or the one with the chosen seed."""
     for group in options.foraging_groups:
         seeds = [episode.seed for episode in group.episodes]
         seed = seeds[0] if options.seed is None else options.seed
@@ -109,7 +109,7 @@ def _check_same_code(group: EpisodeGroup) -> None:
 
 
 def _kept_places(file: Path) -> Iterator[Array]:
-    """Where the robots were after every tick: x and y, a row for each."""
+    """Yield the positions (x, y) of all robots after all ticks [m], as one array."""
     table = read_trajectory(file)
     places = np.stack([table["x"].to_numpy(), table["y"].to_numpy()], axis=1)
     yield np.asarray(places[table["t"].to_numpy() > 0.0], np.float64)
@@ -118,7 +118,7 @@ def _kept_places(file: Path) -> Iterator[Array]:
 def _run(
     of: ExperimentConfig, setup: str, label: str, seed: int, trips: int | None = None
 ) -> Shown:
-    """An episode that is run again; ConfigError if it makes other round trips than it made."""
+    """Run an episode; ConfigError if its round trips differ from `trips`."""
     LOGGER.warning("running %s, %s, seed %d", setup, label, seed)
     loop = Loop(of.scenario, of.controller, [seed], of.physics)
 
@@ -138,7 +138,7 @@ def _run(
 
 
 def _density(scenario: Scenario, controller: str, every: Iterable[Array]) -> Density:
-    """The mean over all ticks of the robots in each cell, from their places."""
+    """Return the density of robots in each cell, mean over all ticks, from their positions."""
     size = scenario.arena.length, scenario.arena.width
     n_cells = [max(1, round(side / CELL)) for side in size]
     counts = np.zeros(n_cells)

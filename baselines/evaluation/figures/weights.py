@@ -17,19 +17,19 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 
 LONGEST, STEPS = 12.0, 61
-"""Longest path of the robot and of its partner [m], and the number of points."""
+"""Longest path of the robot and of its partner [m], and number of points along each."""
 
-DISAGREEMENTS = (0.1, 0.5)  # between the own and the heard place [m]; one row of maps for each
+DISAGREEMENTS = (0.1, 0.5)  # distances of own and heard estimate [m]; one row of maps for each
 
 MESSAGES, RANGE, AWAY = 8.0, 0.1, 0.75
-"""Averaged in the exchange, as in es1; distances of the partner and of both places [m]."""
+"""Number of averaged messages, as in es1; distance of the partner and of both estimates [m]."""
 
 PREY = 1  # the area that the exchange is about
 
 
 @figure("weights")
 def draw(options: PlotOptions) -> Figure:
-    """Draw the maps; the sources are controllers. ConfigError for one without paths."""
+    """Draw the weights of the controllers in `sources`; ConfigError for one without paths."""
     maps = {
         f"{100 * disagreement:g} cm apart": {
             name: _map(name, disagreement) for name in options.sources
@@ -46,7 +46,7 @@ def draw(options: PlotOptions) -> Figure:
 
 
 def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
-    """The weight g over the partner's path (rows) and the own path (columns)."""
+    """Return the weight g over the partner's path (rows) and the own path (columns)."""
     controller = find_layered_controller(name)
     if type(controller.estimator) is not SocialOdometryParameters:
         raise ConfigError(
@@ -61,7 +61,7 @@ def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
 
 
 def _rule(controller: LayeredController) -> Callable[[Array], Array]:
-    """The weighting of a controller as a function of exchanges; ConfigError if it is none."""
+    """Return the weighting of a controller as a function of exchanges; ConfigError without one."""
     scenario, weighting = Scenario(), controller.weighting
     if hasattr(weighting, "layer"):
         layer = weighting.layer(scenario) or controller.estimator.layer(scenario).own_weighting
@@ -76,7 +76,7 @@ def _rule(controller: LayeredController) -> Callable[[Array], Array]:
 def _exchanges(
     own: Float64[Array, " rows"], heard: Float64[Array, " rows"], disagreement: float
 ) -> Array:
-    """Synthetic exchanges about the prey, one for each pair of paths [m]."""
+    """Return synthetic exchanges about the prey, one for each pair of paths [m]."""
     exchange = Exchange.array((len(own),)).view(np.recarray)
     exchange.is_valid = exchange.own_known = exchange.heard_known = 1.0
     exchange.goal = np.eye(3)[PREY]
