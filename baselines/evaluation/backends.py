@@ -1,7 +1,7 @@
-"""Backends: what spreads the calls of a command over worker processes.
+"""Backends, which spread the calls of a command over worker processes.
 
-joblib's workers are on this machine; those of a Ray cluster (`ray_backend`) on any of its nodes.
-Neither the backend nor the number of workers ever changes a result.
+The workers of joblib run on this machine, those of a Ray cluster (`ray_backend`) on its nodes.
+Results depend neither on the backend nor on the number of workers.
 """
 
 import os
@@ -26,43 +26,43 @@ from swarm_forage_env.worlds_on_cpu import Device
 JobT = TypeVar("JobT")
 ResultT = TypeVar("ResultT")
 
-Results = Generator[ResultT, None, None]  # what calls return, as they end
+Results = Generator[ResultT, None, None]  # results of calls, in the order in which they end
 
 IDLE = 86_400.0
-"""A worker without a job ends after this time [s].
+"""Time after which a worker without a job ends [s].
 
-After joblib's 300 s it may end just as a job comes. joblib then warns in its own thread, and where
-warnings are errors (`python -W error`) that ends the thread, and the call waits for ever.
+With joblib's 300 s it may end just as a job arrives. joblib then warns in a thread of its own; if
+warnings are errors (`python -W error`), this ends the thread, and the call waits for ever.
 """
 
 SETTLE = 0.1
-"""Time for joblib's thread to hand over the first calls, before a signal that was held back [s].
+"""Time for joblib's thread to submit the first calls before a deferred signal is delivered [s].
 
-If it is stopped before, it ends with a KeyError, whose traceback it prints.
+If the signal arrives earlier, the thread ends with a KeyError and prints its traceback.
 """
 
 
 @dataclass(frozen=True)
 class Backend:
-    """Runs calls in worker processes."""
+    """Base of backends, which run calls in worker processes."""
 
-    workers: int = 1  # number of calls that run at a time
+    workers: int = 1  # number of calls that run at the same time
     threads: int = 1  # number of threads of each call
     device: Device = field(default="cpu", kw_only=True)  # where the worlds of a call run
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
-        """Call the function with every job; yield what it returns as the calls end.
+        """Call the function with every job; yield each result as soon as its call ends.
 
-        Closing the iterator ends the calls that run. BrokenExecutor if workers keep dying.
+        Closing the iterator ends the running calls. BrokenExecutor if workers keep dying.
         """
         raise NotImplementedError
 
 
 class JoblibBackend(Backend):
-    """Worker processes of this machine; a single worker is this process itself."""
+    """Backend of worker processes on this machine; a single worker is this process itself."""
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
-        """Call the function with every job; workers end with this process, even if killed."""
+        """Call the function with every job; workers end with this process, even if it is killed."""
         if not jobs:
             return
         workers = min(self.workers, len(jobs))
@@ -78,13 +78,13 @@ class JoblibBackend(Backend):
         finally:  # ends the workers, whatever happens
             if finished is not None:
                 with warnings.catch_warnings(action="ignore", category=UserWarning):
-                    finished.close()  # joblib warns of calls that have not ended
+                    finished.close()  # joblib warns about unfinished calls
 
 
 def run_in_order(
     backend: Backend, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]
 ) -> list[ResultT]:
-    """Call the function with every job; return what it returned in the order of the jobs."""
+    """Call the function with every job; return the results in the order of the jobs."""
     with closing(backend.run(partial(_numbered, function), list(enumerate(jobs)))) as finished:
         return [result for _, result in sorted(finished, key=itemgetter(0))]
 
@@ -94,25 +94,25 @@ def _numbered(function: Callable[[JobT], ResultT], job: tuple[int, JobT]) -> tup
 
 
 def _call(function: Callable[[JobT], ResultT], job: JobT, parent: int) -> ResultT:
-    """A call in a worker, or in the parent itself."""
+    """Call the function in a worker, which ends with its parent, or in the parent itself."""
     end_with(parent)
     return function(job)
 
 
 @contextmanager
 def defer_interrupts() -> Iterator[None]:
-    """Hold SIGINT and SIGHUP back while workers start, then deliver them; no worker gets them.
+    """Defer SIGINT and SIGHUP while workers start, then deliver them; workers never receive them.
 
     A process inherits the blocked signals of the thread that starts it. The parent process handles
-    them and ends its workers.
+    both signals and ends its workers.
     """
     is_main = threading.current_thread() is threading.main_thread()
-    if sys.platform == "win32" or not is_main:  # there signals cannot be blocked
+    if sys.platform == "win32" or not is_main:  # signals cannot be blocked there
         yield
         return
     deferred = signal.SIGINT, signal.SIGHUP  # a terminal sends them to workers too
-    start_trackers()  # here, as each unblocks SIGINT where it has to start its process
-    came: list[int] = []  # those that another thread took, which does not block them
+    start_trackers()  # before blocking: a tracker unblocks SIGINT when it starts
+    came: list[int] = []  # signals taken by a thread that does not block them
     before = {n: signal.signal(n, lambda number, _: came.append(number)) for n in deferred}
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, deferred)
     try:
@@ -127,9 +127,9 @@ def defer_interrupts() -> Iterator[None]:
 
 
 def start_trackers() -> None:
-    """Start the processes that remove the semaphores of workers when all others have ended.
+    """Start the processes that remove the semaphores of workers after all others have ended.
 
-    joblib's is in a process group of its own: a kill of the command's group leaves it alive.
+    joblib's process gets its own process group, so that it survives a kill of the command's group.
     """
     stdlib_tracker.ensure_running()
     start = loky_tracker.spawnv_passfds
@@ -148,7 +148,7 @@ def start_trackers() -> None:
 
 @cache
 def end_with(parent: int) -> None:
-    """Let a worker end within a second of its parent process, which may have been killed by now."""
+    """End this worker within a second of the end of its parent, which may be dead already."""
     if os.getpid() != parent:
         threading.Thread(target=_watch, args=(parent,), daemon=True).start()
 

@@ -23,47 +23,47 @@ from baselines.evaluation.figure_page import (
 from baselines.evaluation.plot_style import FAINT, INK, SeriesStyle, is_dark, styles_of
 
 Samples = Mapping[str, Mapping[str, Sequence[float]]]
-"""Samples by tick of the axis and by series; ticks stand apart, the series of a tick together."""
+"""Samples by tick of the axis and by series; the boxes of one tick are side by side."""
 
-BOXES = (  # what a caption says of them
+BOXES = (  # description of the boxes in a caption
     "Quartile boxes, median bars, whiskers within 1.5 times the interquartile range, outliers"
     " as circles."
 )
 
 BOX, ROW, MARGIN = 0.2, 0.3, 0.8
-"""Least width of a standing box, height of a lying one, each with its distance; and the margin of
-a panel [inch]."""
+"""Minimum width of a vertical box and height of a horizontal one, with its gap; margin of a panel
+[inch]."""
 
 FLAT = 0.04
-"""Of the largest value: a dark box that is no higher would be hidden by a white median bar."""
+"""Share of the largest value; a dark box of at most this height has no white median bar."""
 
 ON_DARK = "#AAAAAA"
 """Colour of a hatch on a dark fill."""
 
 LETTERS, LINE_HEIGHT = 30, 0.135
-"""Letters in a line of a label beside a lying box, and its height [inch]."""
+"""Letters in a line of a label of a horizontal box, and height of the line [inch]."""
 
 NAMED, SHORT = 2.2, 4.5
-"""Least breadth of a panel of lying boxes with short labels, and with others [inch]."""
+"""Minimum width of a panel of horizontal boxes with short labels, and with others [inch]."""
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """How the boxes of all panels of a figure lie."""
+    """Layout of the boxes in all panels of a figure."""
 
     series: Sequence[str]
-    styles: Mapping[str, SeriesStyle]  # by series, or by tick where there is one series only
-    n: int  # size of a sample; a box of another one says so
-    lies: bool  # boxes lie, and their labels stand beside them: a tick is a name
-    is_log: bool  # ticks are numbers over decades
+    styles: Mapping[str, SeriesStyle]  # by series, or by tick if there is only one series
+    n: int  # usual size of a sample; boxes of other sizes are labelled
+    lies: bool  # boxes are horizontal; ticks are names, at their left
+    is_log: bool  # ticks are numbers that span decades
 
     @property
     def is_plain(self) -> bool:
-        """There is but one series."""
+        """Whether there is only one series."""
         return len(self.series) == 1
 
     def places(self, groups: Samples) -> list[float]:
-        """Where each tick stands on its axis."""
+        """Return the position of each tick on its axis."""
         return [math.log10(float(tick)) if self.is_log else at for at, tick in enumerate(groups)]
 
 
@@ -73,9 +73,9 @@ def box_panels(
     caption: Caption,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of box plots, a panel for each setup; `controllers` as in `styles_of`.
+    """Return a figure of box plots, a panel for each setup; `controllers` as in `styles_of`.
 
-    Ticks that are names have lying boxes; the style is then that of the tick.
+    A single series takes the style of each tick; its boxes are horizontal if ticks are names.
     """
     layout = _layout(panels, controllers or {}, caption.n)
     n_ticks = max(map(len, panels.values()))
@@ -141,7 +141,7 @@ def _set_ticks(axes: Axes, groups: Samples, layout: _Layout, limits: tuple[float
 
 
 def _hatch_on(colour: str) -> str:
-    """The colour of a hatch on a fill of this colour; not so light that a flat box looks empty."""
+    """Return the hatch colour for a fill of this colour: visible, also in a flat box."""
     return ON_DARK if is_dark(colour) else INK
 
 
@@ -185,7 +185,7 @@ def _draw_boxes(
 
 
 def _tell_size(axes: Axes, values: Sequence[float], at: float, layout: _Layout) -> None:
-    """Write n beside a box whose sample is not as large as the others, or "none"."""
+    """Write n, or "none", at a box whose sample has not the usual size."""
     text = f"n = {len(values)}" if len(values) else "none"
     end = max(values, default=0.0)
     place, offset = ((end, at), (4, 0)) if layout.lies else ((at, end), (0, 4))

@@ -1,4 +1,4 @@
-"""Commands `evaluate`, `plot` and `watch`; their modules are loaded when they run."""
+"""Commands `evaluate`, `plot`, `watch` and `play`; each loads its modules when it runs."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -65,9 +65,9 @@ def evaluate(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
-    All controllers meet the same seeds. Finished blocks of episodes are written to --out, and the
-    bar counts their episodes. The same command later runs only what is missing: a stopped run
-    repeats at most the unfinished blocks, one for each worker.
+    All controllers run under the same seeds. Finished blocks of episodes are written to --out,
+    and the bar counts their episodes. The same command later runs only what is missing: a stopped
+    run repeats at most the unfinished blocks, one for each worker.
     """
     from baselines.evaluation import tables
     from baselines.evaluation.evaluate_options import EvaluateOptions
@@ -107,7 +107,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
 FIGURE_NAMES = (
     "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
 )  # fmt: skip
-"""Kinds of figures, by name, so that completion loads none."""
+"""Names of the kinds of figures, so that completion does not load their modules."""
 
 
 PageStyleName = Literal["screen", "paper"]  # the page styles of figures
@@ -188,8 +188,8 @@ def plot(  # noqa: PLR0913 the options of a command
     **weights**: the weight that each controller gives a message, over the own and the heard path:
     plot weights ssgikf ssgiff learned-weighting.
 
-    A controller has the same colour in every figure. What the figure shows, the command and the
-    code behind it stand in the metadata of the file and beside it, in FILE.json. Examples:
+    A controller has the same colour in every figure. The metadata of the file, and FILE.json next
+    to it, hold what the figure shows, the command and the version of the code. Examples:
     swarm-forage plot boxplot runs/es1 --out trips.png,
     swarm-forage plot curve runs/es1 --style paper --out beta.pdf
     """
@@ -245,9 +245,9 @@ def watch(  # noqa: PLR0913 the options of a command
     """Watch one episode.
 
     Without --video, --html or --frame a window opens. Its keys: space pauses, . steps, + and -
-    change the speed, tab or a click selects a robot, escape none, t b m switch trails, beliefs
-    and messages (of waypoints: trails, estimates and lidar), s saves a picture to the current
-    folder, q quits.
+    change the speed, tab or a click selects a robot, escape deselects it, t b m switch trails,
+    beliefs and messages (in waypoints: trails, estimates and lidar), s saves a picture to the
+    current folder, q quits.
     """
     from baselines.evaluation import watch as watching
     from baselines.evaluation.evaluate_options import EvaluateOptions
@@ -268,10 +268,10 @@ def play(
     html: Annotated[Path, FileOption(help="The page to write: .html.")],
     settings: SettingsOption = None,
 ) -> None:
-    """Write a page in which the controllers run, in any browser and without a network.
+    """Write a page that runs the controllers in any browser, without a network.
 
-    It computes each episode itself, in WebAssembly, as evaluate --physics kinematic does, and
-    plays it. The visitor chooses a seed, changes robots, radio, noise, liars, obstacles and beta by
+    The page computes each episode in WebAssembly, as evaluate --physics kinematic does, and plays
+    it. The visitor chooses a seed, changes robots, radio, noise, liars, obstacles and beta with
     sliders, and can drive a robot among the others.
     """
     from baselines.evaluation.evaluate_options import EvaluateOptions

@@ -1,4 +1,4 @@
-"""The arguments and options that several commands have in the same words, and their completion."""
+"""Arguments and options that several commands share, and their completion."""
 
 from collections.abc import Callable, Collection
 from functools import partial
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 
 def completion_of(names: Collection[str]) -> Callable[[str], list[str]]:
-    """What completes one of these names."""
+    """Return a function that completes one of these names."""
     return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
 def scenario_names(incomplete: str) -> list[str]:
-    """Scenarios, and .toml files beside, that begin so."""
+    """Return the scenarios and the .toml files of the current folder that begin with this text."""
     return completion_of([*SCENARIOS, *map(str, Path().glob("*.toml"))])(incomplete)
 
 
 def controller_names(incomplete: str) -> list[str]:
-    """Controllers and oracles that begin so, and the kinds of policies that take a file."""
+    """Return the controllers, references and kinds of policies that begin with this text."""
     names = [*CONTROLLERS, *REFERENCES, *(f"{kind}:" for kind in POLICIES)]
     return completion_of(names)(incomplete)
 
@@ -61,11 +61,11 @@ PhysicsOption = Annotated[
 
 
 def path(text: str | Path) -> Path:
-    """A file or folder of this machine, which an option writes; help calls it by this name.
+    """Return the local path of an option; the help shows the name of this function as its type.
 
-    BadParameter for an address such as s3://bucket/x, which would make a folder "s3:".
+    BadParameter for an address such as s3://bucket/x, which would create a folder "s3:".
     """
-    if "://" in str(text):  # a default is a path already
+    if "://" in str(text):  # a default is already a path
         raise typer.BadParameter(
             f"{text}: must be a file or folder of this machine; write it here, then copy it to the"
             " address"
@@ -74,7 +74,7 @@ def path(text: str | Path) -> Path:
 
 
 FileOption = partial(Option, parser=path)
-"""An option that names a file or folder of this machine to write."""
+"""Option that names a local file or folder to write."""
 
 DeviceOption = Annotated[
     Literal["cpu", "cuda"], Option(help="cpu, or cuda for worlds on a GPU: the same episodes.")
@@ -99,7 +99,7 @@ AddressOption = Annotated[
 def find_backend(
     name: str, workers: int, threads: int = 1, address: str | None = None, device: "Device" = "cpu"
 ) -> "Backend":
-    """The backend of a command's options; ConfigError if they do not fit, or no cluster answers."""
+    """Return the backend of the options; ConfigError if they do not fit or no cluster answers."""
     from baselines.evaluation.evaluate_options import check_count
 
     given = ("--backend", name, "joblib"), ("--workers", workers, 1), ("--threads", threads, 1)

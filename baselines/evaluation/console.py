@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def say(line: str) -> None:
-    """Write one line to stderr, under the program's name."""
+    """Write one line to stderr, after the program's name."""
     sys.stderr.write(f"swarm-forage: {line}\n")
 
 
 def so_many(n: int, what: str) -> str:
-    """A number of things in words.
+    """Return a number with its noun, in the plural if needed.
 
     >>> so_many(1, "robot"), so_many(20, "episode")
     ('1 robot', '20 episodes')
@@ -34,7 +34,7 @@ def so_many(n: int, what: str) -> str:
 
 
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:
-    """Make the folder of an option's file; ConfigError unless the file can be written."""
+    """Create the folder of an option's file; ConfigError unless the file can be written."""
     if file.suffix.lower() not in endings:
         raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
     existed = file.exists()
@@ -52,7 +52,7 @@ def check_file(option: str, file: Path, endings: Collection[str]) -> None:
 
 
 def progress_bar(unit: str) -> "Progress":
-    """A progress bar on stderr that counts these units; invisible if stderr is no terminal."""
+    """Return a progress bar on stderr that counts units; it is hidden if stderr is no terminal."""
     from rich import progress
     from rich.console import Console
 
@@ -67,7 +67,7 @@ def progress_bar(unit: str) -> "Progress":
 
 @contextmanager
 def old_names_told() -> Iterator[None]:
-    """Report each old name that a command is given in one line on stderr."""
+    """Report each use of an old name in one line on stderr."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", RenamedWarning)
         show = warnings.showwarning
@@ -89,7 +89,7 @@ WRONG_INPUT, FAILED = 2, 1  # exit statuses: the command was wrong, or failed wh
 
 
 def error_message(error: Exception, program: str | None) -> tuple[str, int] | None:
-    """The line about an error and the exit status; None for one that only a traceback explains."""
+    """Return the message of an error and the exit status; None if only a traceback explains it."""
     if isinstance(error, ConfigError | UnknownNameError):
         return str(error), WRONG_INPUT
     if isinstance(error, BrokenExecutor):
@@ -98,7 +98,7 @@ def error_message(error: Exception, program: str | None) -> tuple[str, int] | No
         return file_reason(error), FAILED
     if not hasattr(error, "format_message"):  # the parser's errors have one
         return None
-    message = error.format_message().replace("Value error, ", "")  # a word of pydantic's
+    message = error.format_message().replace("Value error, ", "")  # added by pydantic
     context = getattr(error, "ctx", None)
     command = context.command_path if context else program
     end = "" if message.endswith("?") else "."
@@ -114,14 +114,14 @@ def of_option(prefix: str) -> Iterator[None]:
         raise ConfigError(f"{prefix}{error}") from None
 
 
-PAUSE = 0.01  # time until a signal that came at a bad moment is sent again [s]
+PAUSE = 0.01  # time after which a signal that could not be handled is sent again [s]
 
 
 @contextmanager
 def interrupts_raised() -> Iterator[None]:
-    """Raise KeyboardInterrupt on SIGTERM, on SIGINT and SIGHUP unless this process ignores them.
+    """Raise KeyboardInterrupt on SIGTERM; on SIGINT and SIGHUP unless this process ignores them.
 
-    Where Python would drop the exception, as in a finaliser, it is raised soon after.
+    If Python drops the exception, as in a finaliser, it is raised again soon after.
     """
     numbers = [signal.SIGTERM]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:
@@ -147,7 +147,7 @@ def interrupts_raised() -> Iterator[None]:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt, but not while pymunk frees memory, which ends in a crash."""
+    """Raise KeyboardInterrupt; later if pymunk frees memory now, as it would crash."""
     if _is_freeing(frame):
         _send_again(number)
     else:
@@ -164,11 +164,11 @@ def _is_freeing(frame: FrameType | None) -> bool:
 
 
 def _send_again(number: int) -> None:
-    """Send the main thread a signal after a pause, by a thread that takes no lock to start."""
+    """Send the main thread a signal after a pause, from a thread that starts without a lock."""
 
     def send() -> None:
         time.sleep(PAUSE)
-        if sys.platform == "win32":  # a signal is always the main thread's
+        if sys.platform == "win32":  # the main thread handles every signal
             signal.raise_signal(number)
         else:
             signal.pthread_kill(cast(int, threading.main_thread().ident), number)

@@ -1,4 +1,4 @@
-"""Read datasets: the episodes of each configuration, with every setting they were run with."""
+"""Reader of datasets: the episodes of each configuration, with all settings of their runs."""
 
 import json
 from collections import Counter
@@ -44,59 +44,59 @@ class EpisodeGroup:
     """The episodes of one configuration as read from a dataset, ordered by seed."""
 
     scenario: str
-    controller: str  # its name, without its parameters
-    asked: str  # the controller as the user named it, with parameters, if so
+    controller: str  # its name without parameters
+    asked: str  # the controller as the user named it, or its short label
     episodes: tuple[Any, ...]  # all of one task
-    # The columns of `IDENTITY`, in its order:
+    # The columns of `IDENTITY`, in their order:
     overrides: str
     parameters: str
     settings: str
     code: str
-    key: str  # names the files of the configuration
+    key: str  # hash of the configuration, in the names of its files
 
     @property
     def physics(self) -> str:
-        """The engine."""
+        """Name of the engine."""
         physics: str = self.episodes[0].physics
         return physics
 
     @property
     def task(self) -> Task:
-        """The task that the episodes are of."""
+        """Task of the episodes."""
         return task_of_episode(self.episodes[0])
 
     @property
     def kind(self) -> EpisodeKind:
-        """What the episodes are judged by."""
+        """Kind of the episodes: their fields, metrics and score."""
         return self.task.episode
 
     @cached_property
     def numbers(self) -> Row:
-        """Every setting of scenario and controller by dotted name: `task.n_robots`, `estimator`."""
+        """Settings of scenario and controller by dotted name, as `task.n_robots` or `estimator`."""
         tree: dict[str, Row] = json.loads(self.settings)
         return leaves(tree["scenario"]) | tree["controller"]
 
     def label(self, without: str | None = None) -> str:
-        """The controller's name as given; or, without a parameter, its name and the others."""
+        """Return the name as given, or the short label without the parameter `without`."""
         if without is None:
             return self.asked
         return short_label(self.controller, self.parameters, without)
 
     def setup(self, without: str | None = None) -> str:
-        """The scenario with its changed settings, but for one left out, and the engine."""
+        """Return the scenario with its changed settings, except `without`, and the engine."""
         return ", ".join((self.scenario, *changed_settings(self.overrides, without), self.physics))
 
     @classmethod
     def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
-        """The group of episodes that have just been evaluated."""
+        """Return the group of newly evaluated episodes."""
         names = configuration.scenario.name, configuration.controller.name, configuration.label
         return cls(*names, tuple(episodes), *configuration.identity.values())
 
     def configuration(self) -> ExperimentConfig:
-        """The same configuration on the present code.
+        """Return the same configuration on the present code.
 
-        UnknownNameError or ConfigError if this code has no such controller or scenario, or if it
-        would run the code in a file, which only the user of a command can trust.
+        UnknownNameError or ConfigError if this code has no such controller or scenario, or if the
+        configuration would run the code in a file, which only the user of a command can trust.
         """
         parameters = json.loads(self.parameters)
         if parameters.get("policy.trust") or ":" in str(parameters.get("policy.observation")):
@@ -109,7 +109,7 @@ class EpisodeGroup:
         return ExperimentConfig(self.label(), self.model(), controller, self.physics)
 
     def model(self) -> Any:  # noqa: ANN401 of its task
-        """The scenario with every number that it had; ConfigError if this code has no such one."""
+        """Return the scenario with its stored parameters; ConfigError if this code refuses them."""
         numbers = json.loads(self.settings)["scenario"]
         return validated(self.task.scenario, numbers, f"settings of {self.label()}")
 
@@ -117,11 +117,11 @@ class EpisodeGroup:
 def read_groups(
     sources: Sequence[str], scenarios: Sequence[str] = (), controllers: Sequence[str] = ()
 ) -> list[EpisodeGroup]:
-    """Read the episode groups in the folders of datasets, sorted, and filtered by name if asked.
+    """Read the episode groups in the folders of datasets, filtered by name and sorted.
 
-    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. A group is
-    labelled with its controller's name as given; with the short name if names differ. ConfigError
-    for what is no dataset, or of another or of several versions of the code.
+    `ssgiff` selects a controller with any parameters, `ssgiff:beta=0.01` with these. A group is
+    labelled with its controller's name as given, or the short label if its files differ in it.
+    ConfigError if a folder is no dataset, or of another or of several versions of the code.
     """
     parts: dict[str, list[EpisodeGroup]] = {}
     names = {each.partition(":")[0] for each in controllers}
@@ -147,18 +147,18 @@ def read_groups(
 
 
 def _joined(parts: Sequence[EpisodeGroup]) -> EpisodeGroup:
-    """Join groups of one configuration; without a name if they have several."""
+    """Join the groups of one configuration; the name is empty if they have several."""
     by_seed = {each.seed: each for part in parts for each in part.episodes}
     names = {part.asked for part in parts}
     episodes = tuple(by_seed[seed] for seed in sorted(by_seed))
     return replace(parts[0], episodes=episodes, asked=names.pop() if len(names) == 1 else "")
 
 
-TRANSITIONS = ".transitions.parquet"  # of the names of files that `swarm-forage dataset` writes
+TRANSITIONS = ".transitions.parquet"  # ending of the files that `swarm-forage dataset` writes
 
 
 def _files(source: str) -> list[Path]:
-    """The files of episodes, with nothing else kept there or set aside; ConfigError if none."""
+    """Return the files of episodes in a folder, without other files; ConfigError if none."""
     if "://" in source:
         raise ConfigError(
             f"dataset {source}: must be a folder of this machine; copy its episodes into one,"
@@ -206,7 +206,7 @@ def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
 
 
 def _with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
-    """The table of a file, with empty columns for the missing ones of `kind.sometimes`."""
+    """Return the table with empty columns for the missing ones of `kind.sometimes`."""
     columns = schema(kind)
     if not set(columns.names) - set(table.schema.names) <= set(kind.sometimes):
         return table
@@ -217,7 +217,7 @@ def _with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
 
 
 def _named_apart(groups: Sequence[EpisodeGroup]) -> Iterator[EpisodeGroup]:
-    """The groups, with short names for those without one, or of one name in the same setup."""
+    """Yield the groups, with short labels for missing names and for equal ones in one setup."""
     count = Counter((each.setup(), each.asked) for each in groups)
     for each in groups:
         is_unique = each.asked and count[each.setup(), each.asked] == 1
@@ -247,7 +247,7 @@ def _check_code(groups: Iterable[EpisodeGroup]) -> None:
 
 
 def _order(group: EpisodeGroup) -> tuple[object, ...]:
-    """Sort key: scenario, then no communication first as in the papers, then name and numbers."""
+    """Return the sort key: setup, then `nc` first as in the papers, then name and parameters."""
     parameters: Row = json.loads(group.settings)["controller"]
     numbers = [float(each) for each in parameters.values() if isinstance(each, int | float)]
     return group.setup(), group.controller != "nc", group.controller, numbers, group.label()
