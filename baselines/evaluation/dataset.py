@@ -3,8 +3,8 @@
     OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000003.parquet
     OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000004-00009999.parquet
 
-Thousands of episodes that end at once are a file together, the second one: its seeds follow each
-other. To write and to read them one by one would take longer than a GPU takes to run them.
+Thousands of episodes with consecutive seeds that end at once share a file, the second one. To
+write and to read them one by one would take longer than a GPU takes to run them.
 
 The folders are hive partitions: pyarrow, pandas, polars and DuckDB read OUT as one table. Files
 are written atomically, so that a run killed at any moment leaves whole files only. OUT may be an
@@ -47,7 +47,7 @@ TASK = b"task"
 """Metadata key of the name of the task, whose columns another task may have too."""
 
 IN_FOLDERS = ("scenario", "controller")
-"""Fields of an episode that stand in the names of the folders."""
+"""Fields of an episode that are in the names of the folders."""
 
 COLUMN_TYPES = {
     int: pa.int64(),
@@ -110,11 +110,11 @@ class Dataset:
     """A folder of kept episodes."""
 
     def __init__(self, folder: Path, ending: str = ".parquet") -> None:
-        """Name the folder, which may be missing until `open`, and how its files' names end."""
+        """Set the folder, which may be missing until `open`, and the ending of its files."""
         self.folder = folder
         self.ending = ending
         self.name = str(folder)
-        """Where it is, in messages."""
+        """Its name in messages."""
 
     def open(self) -> None:
         """Make the folder, check that it is writable, and remove temporary files of killed runs."""
@@ -147,7 +147,7 @@ class Dataset:
         return dict(sorted(files.items(), key=lambda each: -len(each[0])))
 
     def find(self, configuration: ExperimentConfig, seeds: Iterable[int]) -> dict[int, AnyEpisode]:
-        """Read the kept ones of some episodes, by seed; damaged files are set aside."""
+        """Read the stored episodes with these seeds, by seed; damaged files are set aside."""
         kind, wanted = task_of(configuration.scenario).episode, set(seeds)
         episodes: dict[int, AnyEpisode] = {}
         for own, file in self.files(configuration).items():
@@ -157,9 +157,9 @@ class Dataset:
         return {seed: episodes[seed] for seed in wanted & episodes.keys()}
 
     def read_checked(self, file: Path, check: Callable[[pa.Table], CheckedT]) -> CheckedT | None:
-        """What `check` makes of a file's table; None without one, or if it raises DamagedFileError.
+        """Return `check` of a file's table; None without a file, or if it raises DamagedFileError.
 
-        A damaged file is given a name that readers skip.
+        A damaged file is renamed so that readers skip it.
         """
         try:
             return check(read_table(self.read(file)))
@@ -174,7 +174,7 @@ class Dataset:
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
         """Write episodes atomically, with the controller's name as given.
 
-        All whose seeds follow each other are one file.
+        Episodes with consecutive seeds are written to one file.
         """
         by_seed, identity = {each.seed: each for each in episodes}, configuration.identity
         for first, end in consecutive([*by_seed]):
@@ -203,7 +203,7 @@ class Dataset:
         write_atomically(file, content)
 
     def rename(self, file: Path, new: Path) -> None:
-        """Give a file another name, over an older one."""
+        """Rename a file, replacing an existing one."""
         file.replace(new)
 
     def listed(self, folder: Path) -> Iterable[Path]:
@@ -211,7 +211,7 @@ class Dataset:
         return (each for each in folder.glob("*") if each.is_file())
 
     def missing(self, configuration: ExperimentConfig, seeds: Iterable[int]) -> list[Path]:
-        """The places of the episodes that are in no file."""
+        """Return the paths of the episodes that are in no file."""
         stored = set(chain.from_iterable(self.files(configuration)))
         return [self.place(configuration, seed) for seed in seeds if seed not in stored]
 
@@ -247,7 +247,7 @@ def name_in(table: pa.Table, key: bytes) -> str | None:
 
 
 def with_checksum(text: str) -> bytes:
-    """A text as metadata of a file, which no page's checksum protects."""
+    """Return a text with a checksum for metadata, which the checksums of pages do not cover."""
     content = text.encode()
     return b"%08x %b" % (crc32(content), content)
 

@@ -20,7 +20,7 @@ AnyEpisode = Episode | ForagingEpisode | WaypointEpisode  # an episode of any ta
 EpisodeT = TypeVar("EpisodeT")
 
 
-def run_episodes(  # noqa: PLR0913 which episodes, how they are run, and who looks on
+def run_episodes(  # noqa: PLR0913 which episodes, how they are run and observed
     scenario: HasEpisodes[EpisodeT],
     controller: Controller | Sequence[Controller],
     seeds: Sequence[int],
@@ -31,7 +31,7 @@ def run_episodes(  # noqa: PLR0913 which episodes, how they are run, and who loo
 ) -> list[EpisodeT]:
     """Run one episode for each seed, side by side; each is the same when run alone.
 
-    Foraging gives a `ForagingEpisode` for each.
+    Foraging returns a `ForagingEpisode` for each seed.
 
     >>> from swarm_forage_env.controllers import find_controller
     >>> from swarm_forage_env.scenarios import find_scenario
@@ -42,13 +42,13 @@ def run_episodes(  # noqa: PLR0913 which episodes, how they are run, and who loo
     Args:
         scenario: The world, from `find_scenario`.
         controller: The controller of all robots, from `find_controller` or `find_controllers`; or
-            one for each world, which may differ in their numbers only.
+            one for each world, which may differ in their parameters only.
         seeds: Seeds of the worlds; each episode depends on its own seed alone.
         physics: `rigid` or `kinematic`; None: the engine of the scenario.
-        threads: Threads that run the worlds; they change nothing but the computing time.
+        threads: Number of threads that run the worlds; results do not depend on it.
         observer: Called with the loop at the start and after every tick, on a CPU.
-        device: `cpu` or `cuda`; episodes are the same, bit for bit. ConfigError for what does not
-            run there.
+        device: `cpu` or `cuda`; episodes are the same, bit for bit. ConfigError if the scenario,
+            engine or controller does not run there.
     """
     if observer is not None and device != "cpu":
         raise ConfigError(f"device={device!r}: an observer looks at every tick on a CPU alone")
@@ -85,22 +85,22 @@ def run_episodes(  # noqa: PLR0913 which episodes, how they are run, and who loo
     ]
 
 
-WARM_UP_TICKS = 50  # long enough for bodies to touch, which the engine `rigid` has a kernel for
+WARM_UP_TICKS = 50  # enough for bodies to touch, for which the engine `rigid` has a kernel
 
 
 def compile_episodes(
     scenario: BaseScenario, controller: Controller, physics: str | None, device: str = "cpu"
 ) -> None:
-    """Compile every kernel of such episodes, so that workers find them cached.
+    """Compile every kernel of the episodes, so that workers find them in the cache.
 
-    ConfigError for what does not run on the device.
+    ConfigError if the scenario, engine or controller does not run on the device.
     """
     loop, running = _begun(scenario, controller, (0,), physics, 1, device)
     meter = loop.task.episode.meter(running)
     for tick in range(1, min(WARM_UP_TICKS, scenario.n_ticks) + 1):
         running.step()
         meter.sample(tick)
-    meter.sample(scenario.n_ticks)  # when all is measured
+    meter.sample(scenario.n_ticks)  # the measurements at the end
 
 
 def _begun(
@@ -111,8 +111,8 @@ def _begun(
     threads: int,
     device: str,
 ) -> tuple[Loop, Loop | DeviceLoop]:
-    """Worlds about to move: on the CPU, and where they run. A GPU makes those that are alike."""
-    is_alike = not isinstance(controller, Sequence)
+    """Reset the worlds; return their loop on the CPU and the loop on the device that runs them."""
+    is_alike = not isinstance(controller, Sequence)  # such worlds are reset on the device
     loop = Loop(scenario, controller, seeds, physics, threads, is_blank=is_alike)
     running = placed(loop, device)
     if is_alike:
@@ -121,11 +121,11 @@ def _begun(
 
 
 def kind_of_episode(episode: object) -> EpisodeKind:
-    """What an episode is judged by."""
+    """Return the kind of an episode: its fields, metrics and score."""
     return task_of_episode(episode).episode
 
 
 def present_values(episodes: Iterable[object], metric: str, factor: float = 1.0) -> list[float]:
-    """A metric of the episodes that have it, times a factor."""
+    """Return a metric, times a factor, of the episodes that have it."""
     values = (getattr(each, metric) for each in episodes)
     return [factor * value for value in values if value is not None]

@@ -35,15 +35,15 @@ class EvaluateOptions:
     controllers: Sequence[str]
     episodes: int = 30
     seed: int = 0
-    settings: Sequence[str] = ()  # numbers of the scenario to change: `radio.max_range=0.2`
-    physics: str | None = None  # None: the one that its scenario goes with
+    settings: Sequence[str] = ()  # changed parameters of the scenario: `radio.max_range=0.2`
+    physics: str | None = None  # None: the engine of the scenario's task
 
     def plan(
         self, out: Path | str | None, trajectories: bool = False, device: Device = "cpu"
     ) -> Plan:
-        """Plan the episodes: those found in a folder or at an address, and those to run.
+        """Plan the episodes: those found in the dataset `out`, and those to run.
 
-        UnknownNameError for an unknown name, ConfigError for anything else.
+        UnknownNameError for an unknown name, ConfigError for any other wrong option.
         """
         configurations, seeds = self.configurations(), self.seeds()
         scenario = configurations[0].scenario
@@ -66,7 +66,7 @@ class EvaluateOptions:
         return Plan(configurations, seeds, dataset, beside)
 
     def configurations(self) -> list[ExperimentConfig]:
-        """The configuration of each controller."""
+        """Return the configuration of each controller; ConfigError if two are the same."""
         scenario = find_scenario(self.scenario)
         changes = parse_settings(self.settings)
         with of_option("--set: "):
@@ -89,16 +89,16 @@ class EvaluateOptions:
         return configurations
 
     def find(self, name: str) -> LayeredController:
-        """The controller of a name."""
+        """Return the controller of this name."""
         return find_layered_controller(name)
 
     def seeds(self) -> range:
-        """The seeds of the episodes."""
+        """Return the seeds of the episodes."""
         return seeds_from(self.seed, self.episodes)
 
     @property
     def command(self) -> str:
-        """The command line that makes the same episodes again."""
+        """Command line that runs the same episodes again."""
         options = [f"--set={each}" for each in self.settings]
         options += [f"--episodes={self.episodes}", f"--seed={self.seed}"]
         options += [f"--physics={self.physics}"] if self.physics else []
@@ -106,20 +106,20 @@ class EvaluateOptions:
 
 
 def seeds_from(first: int, episodes: int) -> range:
-    """The seeds of these episodes; ConfigError if one is no seed."""
+    """Return the seeds of this many episodes; ConfigError if one is no valid seed."""
     check_count("--episodes", episodes)
     with of_option("--"):
         return range(checked_seed(first), checked_seed(first + episodes - 1) + 1)
 
 
 def check_physics(name: str) -> None:
-    """Raise ConfigError unless there is an engine of that name."""
+    """Raise ConfigError unless an engine has this name."""
     with of_option("--physics: "):
         _ = ENGINES[name]
 
 
 def check_device(device: Device, physics: str) -> None:
-    """Raise ConfigError unless there is such a device, on which the engine runs."""
+    """Raise ConfigError unless the device is usable and runs the engine."""
     if device == "cuda" and physics != "kinematic":
         raise ConfigError(
             f"device=cuda: the engine {physics} runs on a CPU only, as it asks a library; add"

@@ -1,4 +1,4 @@
-"""The configuration of an episode: everything that determines it but the seed."""
+"""Configuration of an episode: everything that determines it except the seed."""
 
 import ast
 import hashlib
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import baselines.controllers
-import baselines.oracles.controllers  # noqa: F401 both enter their controllers
+import baselines.oracles.controllers  # noqa: F401 both register controllers
 import swarm_forage_env
 from baselines import composition, running
 from baselines.controller import REGISTRIES, LayeredController
@@ -44,16 +44,15 @@ NOT_HASHED = {
     "swarm_forage_v1.py": "environments for learning",
     "swarm_forage_v2.py": "environments for learning",
 }
-"""Folders and files of the world that change no number of an evaluated episode, and what they are
-there for."""
+"""Folders and files of the world that do not affect an evaluated episode, with their purpose."""
 
-OURS = ("swarm_forage_env", *COMMON_NAMES)  # of which an episode depends on some folders alone
+OURS = ("swarm_forage_env", *COMMON_NAMES)  # an episode depends on some of their folders only
 
 LIBRARIES = ("numba", "numpy", "pymunk")
-"""What the world calculates with; another version may round differently."""
+"""Libraries that compute the world; another version may round differently."""
 
 IDENTITY = ("overrides", "parameters", "settings", "code", "configuration")
-"""What tells configurations apart in a dataset: its key last."""
+"""Columns of a dataset that identify a configuration; the last one is its key."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ class ExperimentConfig:
 
     @cached_property
     def key(self) -> str:
-        """Hash of everything but the seed that an episode depends on."""
+        """Hash of everything that determines an episode except the seed."""
         classes = map(type, self.controller.layers.values())
         parts = [f"{each.__module__}.{each.__name__}" for each in classes]
         text = json.dumps([self.controller.name, parts, self.settings, self.physics, self.code])
@@ -75,35 +74,35 @@ class ExperimentConfig:
 
     @cached_property
     def settings(self) -> str:
-        """Every number of the scenario and of the controller, and its layers, as JSON text."""
+        """All parameters of the scenario and of the controller, and its layers, as JSON text."""
         numbers = self.controller.layer_names | self.controller.parameters
         return _json({"scenario": self.scenario.model_dump(), "controller": numbers})
 
     @cached_property
     def overrides(self) -> str:
-        """Settings that differ from the named scenario, or else the defaults, as JSON text."""
+        """Settings that differ from the scenario of that name or the defaults, as JSON text."""
         name = self.scenario.name
         base = SCENARIOS[name] if name in SCENARIOS else task_of(self.scenario).scenario()
         return _json(_changes(leaves(base.model_dump()), leaves(self.scenario.model_dump())))
 
     @cached_property
     def parameters(self) -> str:
-        """What differs from the controller of that name, as JSON text."""
+        """Layers and parameters that differ from the controller of that name, as JSON text."""
         return changed_parameters(self.controller)
 
     @property
     def identity(self) -> dict[str, str]:
-        """What tells it apart in a dataset, by the names of `IDENTITY`."""
+        """Value of each column of `IDENTITY`."""
         texts = self.overrides, self.parameters, self.settings, self.code, self.key
         return dict(zip(IDENTITY, texts, strict=True))
 
     @cached_property
     def code(self) -> str:
-        """Hash of the code behind an episode, and of the libraries' versions.
+        """Hash of the code that runs an episode, and of the versions of LIBRARIES.
 
-        The code is that of the world but for NOT_HASHED, of every file beside the scenario's class,
-        the engine and a layer of the controller, of those that a layer `reads`, and of what puts
-        the layers together and measures. Of another package that any of it is in, it is all code.
+        The code is the world except NOT_HASHED, the folders of the scenario's class, the engine
+        and the layers, the files that these `reads`, and the modules that compose the layers and
+        measure episodes. If a part is in another package, all files of that package count.
         """
         world = Path(swarm_forage_env.__file__).parent
         parts = (*self.controller.layers.values(), self.scenario)
@@ -125,8 +124,8 @@ class ExperimentConfig:
 def find_layered_controller(controller: str) -> LayeredController:
     """Find the controller of `name` or `name:parameter=value`, references included.
 
-    UnknownNameError for an unknown name or parameter, ConfigError for a value that does not fit and
-    for a controller that is not made of layers.
+    UnknownNameError for an unknown name or parameter, ConfigError for an invalid value and for a
+    controller that does not consist of layers.
     """
     layered = find_controller(controller, references=True)
     if not isinstance(layered, LayeredController):
@@ -135,7 +134,7 @@ def find_layered_controller(controller: str) -> LayeredController:
 
 
 def changed_parameters(controller: LayeredController) -> str:
-    """Layers and parameters that differ from the controller of that name, as JSON text."""
+    """Return layers and parameters that differ from the controller of that name, as JSON text."""
     base = find_layered_controller(controller.name)
     layers = _changes(base.layer_names, controller.layer_names)
     same = {layer: name for layer, name in layers.items() if name in REGISTRIES[layer]}
@@ -144,7 +143,7 @@ def changed_parameters(controller: LayeredController) -> str:
 
 
 def short_label(controller: str, parameters: str, without: str | None = None) -> str:
-    """A controller's name with its changed parameters, given as JSON text, but for one left out.
+    """Return a controller's name with its changed parameters (a JSON text), except `without`.
 
     >>> short_label("ssgiff", '{"estimator.pause": 4.0, "weighting.beta": 0.001}')
     'ssgiff:pause=4,beta=0.001'
@@ -154,7 +153,7 @@ def short_label(controller: str, parameters: str, without: str | None = None) ->
 
 
 def changed_settings(text: str, without: str | None = None, short: bool = False) -> list[str]:
-    """Changed numbers, given as JSON text, as a user writes them: `beta=0.01`."""
+    """Return changed settings (a JSON text) as a user writes them: `beta=0.01`."""
     return [
         f"{name.rpartition('.')[2] if short else name}={_number(value)}"
         for name, value in json.loads(text).items()
@@ -176,7 +175,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _changes(base: Mapping[str, object], now: Mapping[str, object]) -> dict[str, object]:
-    """The settings that differ, by dotted name, without the configuration's own name."""
+    """Return the settings that differ by dotted name, except `name`."""
     missing = object()
     return {
         name: value
@@ -199,7 +198,7 @@ def _is_unhashed(file: Path, world: Path) -> bool:
 
 
 def _beside(home: Path) -> Iterable[Path]:
-    """The Python files of a file's folder, or of its whole package where that is not ours."""
+    """Return the Python files of a file's folder, or of its whole package if it is not in OURS."""
     folder = home.parent
     while (folder.parent / "__init__.py").is_file():
         folder = folder.parent
@@ -208,24 +207,24 @@ def _beside(home: Path) -> Iterable[Path]:
 
 
 def _content(file: Path) -> bytes:
-    """What an episode may depend on in a file: of Python, the code without its docstrings."""
+    """Return what an episode may depend on in a file; of Python files, the code without prose."""
     content = file.read_bytes()
-    with suppress(SyntaxError, ValueError):  # a template of code, which nobody imports
+    with suppress(SyntaxError, ValueError):  # a code template, which is not imported
         return _without_prose(content) if file.suffix == ".py" else content
     return content
 
 
 @cache
 def _without_prose(source: bytes) -> bytes:
-    """A source text as its syntax tree writes it: without comments and docstrings."""
+    """Return a source text without comments and docstrings, as `ast.unparse` formats it."""
     return ast.unparse(_WithoutDocstrings().visit(ast.parse(source))).encode()
 
 
 class _WithoutDocstrings(ast.NodeTransformer):
-    """Removes statements that are a constant and nothing else."""
+    """Transformer that removes statements that consist of a constant."""
 
     def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
-        """Keep a statement that does something."""
+        """Return the statement, or None if it is a constant."""
         return None if isinstance(node.value, ast.Constant) else node
 
 

@@ -1,4 +1,4 @@
-"""The page of a figure: its size and letters, its panels, legend, note and caption; its files."""
+"""Page of a figure: its size and text sizes, its panels, legend, note, caption and files."""
 
 import json
 import textwrap
@@ -24,28 +24,28 @@ from swarm_forage_env.atomic_write import write_atomically
 
 @dataclass(frozen=True)
 class PageStyle:
-    """The size of a figure and of all that is on it."""
+    """Size of a figure and scale of its elements."""
 
     width: float  # of the figure [inch]
-    scale: float  # of letters, lines and panels, against those of the style `screen`
+    scale: float  # of letters, lines and panels, relative to the style `screen`
 
     @property
     def is_narrow(self) -> bool:
-        """Broad things stand below each other, as in a column of a paper."""
+        """Whether wide elements are placed below each other, as in a column of a paper."""
         return self.width < 5.0
 
     def points(self, size: float) -> float:
-        """A size of letters or lines on this page [pt], from that of `screen`."""
+        """Return the size of letters or lines on this page, given that of `screen` [pt]."""
         return self.scale * size
 
 
 TITLE, LABEL, TICK, NOTE, LINE = 10.0, 9.0, 8.0, 7.5, 1.6
-"""Sizes of letters and width of a line in the style `screen` [pt]."""
+"""Sizes of text and width of a line in the style `screen` [pt]."""
 
-LETTER = 0.0078  # breadth of a letter, about, for each point of its size [inch]
+LETTER = 0.0078  # approximate width of a letter per point of its size [inch]
 
 PAGE_STYLES = {"screen": PageStyle(8.0, 1.0), "paper": PageStyle(3.35, 0.8)}
-"""Page styles by name: as broad as a page of the docs, or as a column of a paper."""
+"""Page styles by name: as wide as a page of the docs, or as a column of a paper."""
 
 _STYLE = ContextVar("page style", default=PAGE_STYLES["screen"])
 
@@ -61,22 +61,22 @@ def page_style(name: str) -> Iterator[None]:
 
 
 def style_in_use() -> PageStyle:
-    """The page style that figures are drawn in."""
+    """Return the page style in which figures are drawn."""
     return _STYLE.get()
 
 
 @dataclass(frozen=True)
 class Caption:
-    """The words that belong to a figure; drawn is the note, the file keeps them all."""
+    """Caption of a figure; the figure shows the note, the metadata of its file hold all fields."""
 
     text: str = ""  # what is shown, and how
-    note: str = ""  # how many episodes stand behind it
+    note: str = ""  # number of episodes that are shown
     command: str = ""  # the command line that draws the figure again
-    code: tuple[str, ...] = ()  # of the code that ran the episodes
-    n: int = 0  # episodes behind each mean or box, at most; 0: not stated
+    code: tuple[str, ...] = ()  # hashes of the code that ran the episodes
+    n: int = 0  # largest number of episodes of a mean or box; 0: not given
 
     def __str__(self) -> str:
-        """All of it, as text."""
+        """Return the whole caption as text."""
         note = f"{self.note}." if self.note else ""
         code = f"Code {', '.join(self.code)}." if self.code else ""
         return " ".join(part for part in (self.text, note, code, self.command) if part)
@@ -88,13 +88,13 @@ class CaptionedFigure(Figure):
     caption = Caption()
 
 
-HEIGHT, LONE = 2.3, 3.0  # of a panel, and of one that is alone, in the style `screen` [inch]
+HEIGHT, LONE = 2.3, 3.0  # of a panel, and of a single one, in the style `screen` [inch]
 
 
 def panel_grid(
     n_panels: int, least: float, height: float | None = None
 ) -> tuple[CaptionedFigure, list[Axes]]:
-    """A figure of panels: as many in a row as fit, each at least so broad, in even rows [inch]."""
+    """Return a figure and its panels, at least `least` wide [inch], in rows of similar length."""
     style = style_in_use()
     fitting = max(1, int(style.width / (style.scale * least)))
     rows = -(-n_panels // fitting)
@@ -111,7 +111,7 @@ def panel_grid(
 def finish_panel(
     axes: Axes, title: str, axes_names: tuple[str, str], is_across: bool = False
 ) -> None:
-    """Set labels, grid and ticks of a panel whose values start at zero: on y, or across on x."""
+    """Set labels, grid and ticks of a panel; its values (y, or x if `is_across`) start at zero."""
     label_panel(axes, title, axes_names)
     end = axes.dataLim.x1 if is_across else axes.dataLim.y1
     set_limits = axes.set_xlim if is_across else axes.set_ylim
@@ -122,14 +122,14 @@ def finish_panel(
 
 
 def panel_width(axes: Axes) -> float:
-    """The breadth of a panel with its labels [inch]."""
+    """Return the width of a panel with its labels [inch]."""
     grid = axes.get_gridspec()
     columns = grid.ncols if grid is not None else 1
     return float(style_in_use().width / columns)
 
 
 def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
-    """Set a panel's title and axis labels x, y; a long title is broken."""
+    """Set a panel's title, in several lines if it is long, and its axis labels (x, y)."""
     style = style_in_use()
     letters = int(0.9 * panel_width(axes) / (LETTER * style.points(TITLE)))
     lines = [
@@ -146,7 +146,7 @@ def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
 def finish_figure(
     figure: CaptionedFigure, panels: Sequence[Axes], caption: Caption, order: Iterable[str] = ()
 ) -> Figure:
-    """Draw the legend of the series in this order and the note; name an axis at the margin only."""
+    """Draw the note and the legend, in this order of series; remove axis labels of inner panels."""
     _clear_inner_names(panels)
     _draw_legend(figure, panels, order)
     figure.caption = caption
@@ -156,7 +156,7 @@ def finish_figure(
 
 
 def _clear_inner_names(panels: Sequence[Axes]) -> None:
-    """Leave out the name of an axis where the panel to the left, or below, has the same one."""
+    """Remove the label of an axis if the panel to the left, or below, has the same one."""
     columns = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
     names = [(axes.get_xlabel(), axes.get_ylabel()) for axes in panels]
     for number, (x, y) in enumerate(names):
@@ -200,12 +200,12 @@ def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"
 
 
 def spans_decades(x: Float64[Array, " points"]) -> bool:
-    """Whether values spread so far that a logarithmic axis shows them better."""
+    """Return whether values are positive and span a ratio of at least 50: a logarithmic axis."""
     return bool(x.min() > 0.0 and x.max() / x.min() >= 50.0)
 
 
 def wrapped_name(name: str, letters: int) -> str:
-    """The name of a controller in lines of at most this length, broken where possible.
+    """Break the name of a controller into lines of at most this length, where possible.
 
     >>> wrapped_name("dsgiff-frequent:beta=0.003,pause=4", 24)
     'dsgiff-frequent:\\nbeta=0.003,pause=4'
@@ -218,7 +218,7 @@ def wrapped_name(name: str, letters: int) -> str:
     return "\n".join(lines)
 
 
-FORMATS = {  # endings of a figure's file: the metadata that hold the caption, and those left out
+FORMATS = {  # by file ending: the metadata field of the caption, and the fields left out
     ".png": ("Description", ()),
     ".pdf": ("Subject", ("CreationDate",)),
     ".svg": ("Description", ("Date",)),
@@ -226,12 +226,12 @@ FORMATS = {  # endings of a figure's file: the metadata that hold the caption, a
 
 
 def check_plot(file: Path, option: str = "--plot") -> None:
-    """Raise ConfigError unless a figure can be written to this file; its folder is made."""
+    """Create the folder of a figure's file; ConfigError unless the file can be written."""
     check_file(option, file, FORMATS)
 
 
 def save_figure(figure: Figure, file: Path, title: str = "Round trips") -> None:
-    """Write a figure atomically, with its caption as metadata and beside it (`x.png.json`)."""
+    """Write a figure atomically, with its caption in its metadata and in `x.png.json`."""
     assert isinstance(figure, CaptionedFigure)
     ending, content = file.suffix.lower(), BytesIO()
     field, date = FORMATS[ending]

@@ -29,29 +29,29 @@ from baselines.evaluation.statistics import Estimate
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.scene import Outline, Stage
 
-SHADES = "Blues"  # from white to dark: in print too, more is darker
-DARK = 0.6  # share of the range from which a cell is so dark that its text is white
-CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)  # weights that have a line on their map
+SHADES = "Blues"  # from white to dark: higher values are darker, also in print
+DARK = 0.6  # share of the colour range above which the text of a cell is white
+CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)  # weights that have a contour line
 
 MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
-"""Share of a map beside its frame without labels; where along their lines labels stand in turn."""
+"""Share of a map along its frame without labels; positions of the labels along their lines."""
 
 MAP, NARROW, BAR = 2.4, 1.6, 0.8
-"""Least breadth of a map of the arena, of one of weights, and that of a colour bar [inch]."""
+"""Minimum width of a map of the arena and of weights, and width of a colour bar [inch]."""
 
 Table = Mapping[str, Mapping[str, Estimate | None]]
-"""Means by row and column; None, or left out, where there is none."""
+"""Means by row and column; None, or no entry, if there is none."""
 
 
 Density = tuple[Float64[Array, "ys xs"], Stage]
-"""Robots per square metre in cells of the arena, mean over time, from the lower left corner; the
-arena, and which controller moved the robots."""
+"""Robots per square metre in cells of the arena, mean over time, from the lower left corner on; and
+the stage, with the arena and the name of the controller."""
 
 
 def table_panels(
     tables: Mapping[str, Table], axes_names: tuple[str, str], caption: Caption
 ) -> Figure:
-    """A figure of shaded tables of means, a panel for each setup with a range of its own."""
+    """Return a figure of shaded tables of means, one per setup, each with its own colour range."""
     rows = list(dict.fromkeys(chain(*tables.values())))
     columns = list(
         dict.fromkeys(chain(*(row for each in tables.values() for row in each.values())))
@@ -101,7 +101,7 @@ def _cell_text(cell: Estimate | None) -> str:
 
 
 def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure:
-    """A figure of robot densities on one scale, with the arenas: walls, obstacles and areas."""
+    """Return a figure of robot densities on one scale, with walls, obstacles and areas."""
     shape = max(stage.width / stage.length for _, stage in densities.values())
     figure, all_axes = _map_grid(len(densities), MAP, shape)
     top = max(float(values.max()) for values, _ in densities.values())
@@ -119,11 +119,11 @@ def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure
 
 
 Weights = Mapping[str, Mapping[str, Float64[Array, "heard own"]]]
-"""Maps of g by disagreement and by controller."""
+"""Maps of the weight g by disagreement and by controller."""
 
 
 def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
-    """A figure of weights g in [0, 1] over two paths up to the longest [m], with contours.
+    """Return a figure of weights g in [0, 1] over two paths up to `longest` [m], with contours.
 
     A row for each disagreement, a column for each controller; transposed on a narrow page.
     """
@@ -151,7 +151,7 @@ def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
 
 
 def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigure, list[Axes]]:
-    """Panels for maps of this height over breadth, with room for a colour bar."""
+    """Return panels for maps of this ratio of height to width, with room for a colour bar."""
     style = style_in_use()
     fitting = max(1, int(style.width / (style.scale * least)))
     columns = -(-n_panels // -(-n_panels // fitting))
@@ -166,7 +166,7 @@ def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigur
 def _label_places(
     lines: Sequence[Sequence[Float64[Array, "points 2"]]], longest: float
 ) -> list[tuple[float, float]]:
-    """A point on each contour line for its label: far from the frame, not beside the last one."""
+    """Return the place of the label on each contour line: off the frame and the previous label."""
     places = []
     for level, segments in enumerate(lines):
         points = np.concatenate([np.empty((0, 2)), *segments])
@@ -185,7 +185,7 @@ def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str])
 
 
 def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: str) -> None:
-    """Draw the colour bar of all panels, which says what is shown: below on a narrow page."""
+    """Draw the labelled colour bar of all panels: at the right, or below on a narrow page."""
     style = style_in_use()
     location: Literal["bottom", "right"] = "bottom" if style.is_narrow else "right"
     bar = figure.colorbar(image, ax=panels, location=location, shrink=0.9, pad=0.02, aspect=30)
@@ -194,14 +194,14 @@ def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: s
 
 
 BODY = "#CFCFCF"
-"""Colour of obstacles, and of what lies behind an outer wall."""
+"""Colour of obstacles and of the space behind an outer wall."""
 
-DASHES = ("-", "--", ":", "-.")  # outlines of areas, one for each name that there is
-ARC = 12  # corners of half a circle
+DASHES = ("-", "--", ":", "-.")  # of the outlines of areas, one for each name
+ARC = 12  # corners of a half circle
 
 
 def draw_arena(axes: Axes, stage: Stage) -> list[str]:
-    """Draw what stands in an arena; return the names of its areas, for a legend."""
+    """Draw the walls, obstacles and areas of an arena; return the names of the areas."""
     if len(stage.corners):
         wall = Polygon(stage.corners, fill=False, edgecolor=INK, lw=style_in_use().points(1.0))
         axes.add_patch(wall)
@@ -237,7 +237,7 @@ def _draw_obstacle(axes: Axes, outline: Outline) -> None:
 def capsule(
     start: Float64[Array, " 2"], end: Float64[Array, " 2"], radius: float
 ) -> Float64[Array, "corners 2"]:
-    """The outline of a wall with round ends; of a disc, where both ends are the same [m]."""
+    """Return the outline of a wall with round ends, or of a disc if both ends are the same [m]."""
     heading = np.arctan2(*(end - start)[::-1])
     turn = np.linspace(-np.pi / 2, np.pi / 2, ARC)
     arcs = [

@@ -1,4 +1,4 @@
-"""Recorders that paint, with pygame: a window, a video, a still."""
+"""Recorders that draw with pygame: a window, a video, a still."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,7 +31,7 @@ def live_window(stage: Stage, options: WatchOptions) -> Iterator[Take]:
 
 
 def painter_of(stage: Stage, options: WatchOptions) -> tuple[Painter, Show]:
-    """What paints images, with the beliefs of the selected robot if any."""
+    """Return the painter of images and what it shows: beliefs only of a selected robot."""
     layout = Layout(stage, options.size, beliefs=options.select is not None)
     return Painter(stage, layout), Show(selected=options.select)
 
@@ -54,14 +54,14 @@ def still(stage: Stage, options: WatchOptions) -> Iterator[Take]:
 
 @contextmanager
 def video(stage: Stage, options: WatchOptions) -> Iterator[Take]:
-    """Write a video at a multiple of real time. ConfigError where that fails."""
+    """Write a video at a multiple of real time. ConfigError if that fails."""
     assert options.video is not None
     painter, show = painter_of(stage, options)
     film = Video(options.video, painter.layout.width, painter.layout.height)
     every, due = options.speed / fps_of(options.video), options.start
 
     def take(scene: Scene) -> None:
-        """Add as many frames as are due, the same one again where time is slow."""
+        """Add all frames that are due; in slow motion one scene has several."""
         nonlocal due
         painter.take(scene)
         if scene.time >= due - 1e-9:
@@ -72,7 +72,7 @@ def video(stage: Stage, options: WatchOptions) -> Iterator[Take]:
 
     try:
         yield take
-    except BaseException:  # also when the user stops it: half a film is no film
+    except BaseException:  # also if the user interrupts: an incomplete video is discarded
         film.discard()
         raise
     film.close()

@@ -26,7 +26,7 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
-RESAMPLES = 1000  # drawn for a band
+RESAMPLES = 1000  # bootstrap resamples of a band
 BANDS = "Means with 95 % bootstrap bands."  # what a caption says of them
 FEW = 6  # up to this many values of x are numbered one by one
 
@@ -41,10 +41,10 @@ class Means:
     high: Float64[Array, " points"]
     published: Float64[Array, " points"] | None = None
     """Means of a paper, drawn as crosses; NaN where there is none."""
-    is_level: bool = False  # the same at every x: drawn as a line in its band
+    is_level: bool = False  # the mean is the same at every x: a flat line with a band
 
 
-PANEL = 2.4  # least breadth of a panel [inch]
+PANEL = 2.4  # minimum width of a panel [inch]
 
 
 def curve_panels(
@@ -53,7 +53,7 @@ def curve_panels(
     caption: Caption,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of means in their bands, a panel for each setup; `controllers` as in `styles_of`."""
+    """Return a figure of means with bands, a panel per setup; `controllers` as in `styles_of`."""
     styles = line_styles(panels, controllers)
     figure, all_axes = panel_grid(len(panels), PANEL)
     for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
@@ -71,7 +71,7 @@ def mean_panels(
     one_y: bool = False,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of means with error bars, a panel for each setup; the y axis may be shared."""
+    """Return a figure of means with error bars, a panel for each setup; `one_y`: one y range."""
     styles = line_styles(panels, controllers)
     figure, all_axes = panel_grid(len(panels), PANEL)
     every = [means for panel in panels.values() for means in panel.values()]
@@ -91,7 +91,7 @@ def mean_panels(
 
 
 def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -> None:
-    """Number the x axis at its decades, or where there are points if they are few and apart."""
+    """Set the ticks of the x axis: at decades, or at the points if they are few and far apart."""
     places = np.unique(every_x)
     left = 0.0 if 0.0 <= places[0] <= np.ptp(places) else places[0]
     if is_log:
@@ -110,7 +110,7 @@ def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -
 
 
 def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
-    """Shift points of several series at one x, by half the way to the next x at most."""
+    """Shift points of several series at one x, by at most half the distance to the next x."""
     places = [np.log10(means.x) if is_log else means.x for means in series]
     curves = [place for means, place in zip(series, places, strict=True) if not means.is_level]
     every, n_at = np.unique(np.concatenate(curves or places), return_counts=True)
@@ -128,7 +128,7 @@ def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
 def line_styles(
     panels: Mapping[str, Mapping[str, object]], controllers: Mapping[str, str] | None = None
 ) -> dict[str, SeriesStyle]:
-    """A line style for each series, the same in all panels; ConfigError if there are too many."""
+    """Return a style for each series, the same in all panels; ConfigError if there are too many."""
     names = list(dict.fromkeys(name for panel in panels.values() for name in panel))
     if len(names) > len(MARKERS):
         raise ConfigError(
@@ -139,7 +139,7 @@ def line_styles(
 
 
 def draw_band(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:
-    """Draw a line of means in its band."""
+    """Draw a line of means with its band."""
     axes.fill_between(means.x, means.low, means.high, color=style.colour, alpha=0.2, linewidth=0.0)
     step = max(1, len(means.x) // 8)
     marked = MARKERS.index(style.marker) % step, step
@@ -160,14 +160,14 @@ def mean_curve(x: Float64[Array, " points"], y: Float64[Array, "episodes points"
 
 
 def path_over_time(episodes: Sequence[ForagingEpisode]) -> Means:
-    """Share of the robots on the path [%] over time [s]."""
+    """Return the share of the robots on the path [%] over time [s]."""
     shares = 100.0 * np.array([episode.on_path_over_time for episode in episodes])
     n_samples = shares.shape[1]
     return mean_curve(np.arange(1, n_samples + 1) / n_samples * episodes[0].duration_s, shares)
 
 
 def recruited_over_time(episodes: Sequence[ForagingEpisode], points: int = 101) -> Means:
-    """Share of the robots that had visited both areas [%] over time [s]."""
+    """Return the share of the robots that had visited both areas [%] over time [s]."""
     times = np.linspace(0.0, episodes[0].duration_s, points)
     counts = [np.searchsorted(each.recruited_at_s, times, side="right") for each in episodes]
     return mean_curve(times, 100.0 * np.array(counts) / episodes[0].n_robots)

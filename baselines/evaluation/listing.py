@@ -1,4 +1,4 @@
-"""The command `list`: scenarios, controllers, layers and engines, with every field and unit."""
+"""Command `list`: scenarios, controllers, layers and engines, with every field and unit."""
 
 import inspect
 import re
@@ -39,19 +39,18 @@ ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A field of a scenario or controller, as listed."""
+    """Field of a scenario, controller or layer, as listed."""
 
     name: str
     value: object
     unit: str
     origin: str
-    """published, derived, chosen or code; set, if somebody changed the default; empty where the
-    description does not say."""
+    """published, derived, chosen or code; set if it differs from the default; empty if unknown."""
     meaning: str
 
 
 def overview() -> dict[str, list[dict[str, object]]]:
-    """All scenarios, controllers, references, layers and engines, as nested dictionaries."""
+    """Return scenarios, controllers, references, policies, layers and engines, as dictionaries."""
     return {
         "scenarios": [describe(name) for name in SCENARIOS],
         "controllers": [describe(name) for name in CONTROLLERS],
@@ -94,24 +93,24 @@ def find(name: str) -> Listed:
 
 
 def _about(name: str) -> str:
-    """What has this name, in words; empty for a file and for other numbers than the usual."""
+    """Return the description of a name; empty for a file and for a name with parameters."""
     return next((each.about(name) for each in LISTED if name in set(each)), "")
 
 
 def units(listed: Listed) -> dict[str, str]:
-    """The unit of each field of what is listed by dotted name; empty without one."""
+    """Return the unit of each field by dotted name; empty without one."""
     groups = (parameters for _, _, parameters in grouped_parameters(listed))
     return {each.name: each.unit for parameters in groups for each in parameters}
 
 
 def grouped_parameters(listed: Listed) -> Iterator[tuple[str, str, list[Parameter]]]:
-    """Name, purpose and parameters of each part of a scenario or controller, or of a layer."""
+    """Yield name, purpose and parameters of each part of a scenario, controller or layer."""
     if not isinstance(listed, BaseScenario):
         for layer, (name, part) in _layers(listed).items():
             yield layer, f"{name}: {_first_line(part)}", list(_parameters(part, f"{layer}.", None))
         return
     is_of_paper = listed.name in SCENARIOS and SCENARIOS[listed.name] == listed
-    origins = ORIGINS.get(listed.name, {}) if is_of_paper else None  # of a paper's own values
+    origins = ORIGINS.get(listed.name, {}) if is_of_paper else None  # of the values of a paper
     yield listed.name, _first_line(listed), list(_parameters(listed, "", origins))
     for name, part in _parts(listed):
         if parameters := list(_parameters(part, f"{name}.", origins)):
@@ -119,7 +118,7 @@ def grouped_parameters(listed: Listed) -> Iterator[tuple[str, str, list[Paramete
 
 
 def _layers(listed: LayeredController | Parameters) -> dict[str, tuple[str, Parameters]]:
-    """The layers of a controller, or the one layer, each with its name, by their kinds."""
+    """Return the layers of a controller, or the one layer, as (name, layer) by kind."""
     if isinstance(listed, LayeredController):
         return {layer: (listed.layer_names[layer], part) for layer, part in listed.layers.items()}
     names = {layer: each.name_of(type(listed)) for layer, each in REGISTRIES.items()}
@@ -157,7 +156,7 @@ def _first_line(thing: object) -> str:
 
 
 EXAMPLES = ("radio.max_range", "task.tolerance")
-"""Numbers that an example of a change is made with, where a scenario has them."""
+"""Parameters that an example of a change uses, if the scenario has them."""
 
 SCENARIO_SCORES = (
     "score: round trips under ssgikf, share gathered under gather, goals of a robot\n"
@@ -168,7 +167,7 @@ CONTROLLER_SCORES = f"score: round trips on es1, mean of {EPISODES} episodes"
 
 
 def overview_tables() -> Group:
-    """Tables of all names."""
+    """Return tables of all names, with scores and descriptions."""
     scenarios = _table("scenario", "robots", "time [s]", "score", "what it is")
     for name in SCENARIOS:
         task, about = SCENARIOS[name].task, SCENARIOS.about(name)
@@ -188,7 +187,7 @@ def overview_tables() -> Group:
 
 
 def detail_table(name: str) -> Group:
-    """Tables of every parameter of one scenario, controller or layer."""
+    """Return tables of every parameter of one scenario, controller or layer."""
     listed = find(name)
     parts: list[Table | Text] = []
     for group, about, parameters in grouped_parameters(listed):

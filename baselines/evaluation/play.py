@@ -1,4 +1,4 @@
-"""What a playground consists of: controllers as WebAssembly, a world that begins, and sliders."""
+"""Contents of a playground page: controllers as WebAssembly, initial worlds, and sliders."""
 
 import json
 import shlex
@@ -44,11 +44,11 @@ from swarm_forage_env.targets import linked_for_web, llvm_text_of, memory_of, ti
 from swarm_forage_env.task import stage_of
 from swarm_forage_env.ticks import BEGINS, begin_worlds, nothing
 
-MAX_CONTROLLERS = 2  # swarms side by side
+MAX_CONTROLLERS = 2  # maximum number of swarms side by side
 FRAME = 1.0  # time between two frames of a page [s]
 
 ROBOTS, LIARS, OBSTACLES = "task.n_robots", "faults.liar.share", "obstacles"
-WORDS = {  # what a visitor changes: how it is called, and its unit
+WORDS = {  # settings that a visitor changes: label and unit
     ROBOTS: ("Robots", ""),
     "radio.max_range": ("Radio range", "m"),
     "radio.bearing_noise": ("Bearing noise", "rad"),
@@ -61,33 +61,33 @@ WORDS = {  # what a visitor changes: how it is called, and its unit
 OF_CONTROLLER = ("weighting.beta",)
 
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
-"""Values of a number, as multiples of the usual one; those that are refused are left out."""
+"""Values of a setting, as multiples of the usual one; those that are refused are left out."""
 
-VALUES: Mapping[str, tuple[float, ...]] = {  # values of others, among which the usual one is put
+VALUES: Mapping[str, tuple[float, ...]] = {  # values of other settings; the usual one is added
     ROBOTS: (2, 3, 5, 10, 15, 20, 30, 40, 50),
     LIARS: (0.0, 0.1, 0.2, 0.3, 0.4, 0.5),
     OBSTACLES: (0, 1),
 }
 
-RECORDED = 300.0  # how much of an episode is recorded beside [s]
-WIDER = 1.1  # a start circle that is too small for the robots is widened by this, again and again
+RECORDED = 300.0  # length of the recorded part of an episode [s]
+WIDER = 1.1  # factor by which a start circle is widened until the robots fit
 WALL = {"length": 0.2, "radius": 0.01}  # of an obstacle between the start circle and an area [m]
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A swarm with one thing changed, or none."""
+    """Swarm with one changed setting, or none."""
 
     loop: Loop
     pilot: Pilot | None = None  # the policy that acts for its robots
-    settings: tuple[str, ...] = ()  # what changes it, as `--set` takes it
+    settings: tuple[str, ...] = ()  # the change, as values of `--set`
 
 
 def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     """Write the page of one or two controllers to a file.
 
-    ConfigError for what does not run in a page: another engine than `kinematic`, a task without a
-    nest and prey, a layer that Python calls. ModuleNotFoundError without ziglang.
+    ConfigError for what does not run in a page: a task other than foraging, a layer that Python
+    calls, a controller without estimator. ModuleNotFoundError without ziglang.
     """
     if len(chosen.controllers) > MAX_CONTROLLERS:
         raise ConfigError(f"{len(chosen.controllers)} controllers: a page shows {MAX_CONTROLLERS}")
@@ -112,7 +112,7 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
 
 
 def _recorded(configuration: ExperimentConfig, every: int) -> Recording:
-    """The first minutes of the episode of seed 0, for a browser without WebAssembly."""
+    """Record the first minutes of the episode of seed 0, for browsers without WebAssembly."""
     loop = Loop(configuration.scenario, configuration.controller, [0], "kinematic")
     recording = Recording()
     recording.add(loop.scene())
@@ -123,11 +123,11 @@ def _recorded(configuration: ExperimentConfig, every: int) -> Recording:
 
 
 Changes = Mapping[tuple[str, float], Choice]
-"""What can be made of a swarm, by the name of what is changed and its value."""
+"""Changed swarms by the name of the setting and its value."""
 
 
 def _changes(configuration: ExperimentConfig) -> Iterator[tuple[tuple[str, float], Choice]]:
-    """The swarm with each value of whatever a visitor changes, where that is not refused."""
+    """Yield the swarm with each value of each setting that a visitor changes, unless refused."""
     usual = _changed(configuration, {})
     for name in WORDS:
         now = _number(configuration, name)
@@ -161,7 +161,7 @@ def _number(configuration: ExperimentConfig, name: str) -> float | None:
 def _settings(
     configuration: ExperimentConfig, name: str, value: float
 ) -> Iterator[Mapping[str, object]]:
-    """What changes a swarm so: the first that is not refused holds."""
+    """Yield alternative settings that make a change; the first one that is accepted applies."""
     scenario = configuration.scenario
     if name == OBSTACLES:
         yield {name: json.dumps([_wall(scenario, side) for side in (-1, 1)])}
@@ -181,7 +181,7 @@ def _wall(scenario: Scenario, side: int) -> dict[str, object]:
 
 
 def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> Choice:
-    """The swarm with these changes; ConfigError if they are refused."""
+    """Return the swarm with these changes; ConfigError if they are refused."""
     scenario, controller = configuration.scenario, configuration.controller
     settings: tuple[str, ...] = ()
     if changes.keys() <= {*OF_CONTROLLER}:
@@ -201,7 +201,7 @@ def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> 
 
 
 def _records(loop: Loop) -> tuple[object, ...]:
-    """What machine code depends on: swarms of which it is equal run each other's."""
+    """Return what machine code depends on; swarms with equal values share their machine code."""
     arrays = *memory_of(loop), *loop.controller.compiled.firsts
     return [each.dtype for each in arrays], _scenario(loop).radio.slots
 
@@ -209,7 +209,7 @@ def _records(loop: Loop) -> tuple[object, ...]:
 def _slider(
     name: str, configurations: Sequence[ExperimentConfig], changed: Sequence[Changes]
 ) -> Slider | None:
-    """A slider of the values that no swarm refuses; None if that is one alone."""
+    """Return a slider of the values that no swarm refuses; None if there are fewer than two."""
     of_each = [{value for which, value in own if which == name} for own in changed]
     values = sorted(set.intersection(*filter(None, of_each))) if any(of_each) else []
     if len(values) < 2:
@@ -237,7 +237,7 @@ def _words(name: str, value: float) -> str:
 
 
 def _shown(scenario: Scenario, name: str) -> dict[str, object]:
-    """What is drawn otherwise in a scenario that is changed so."""
+    """Return the drawn properties of a scenario that a change of this setting affects."""
     if name == ROBOTS:
         return {"robots": scenario.task.n_robots, "startRadius": scenario.task.start_radius}
     if name == LIARS:
@@ -250,7 +250,7 @@ def _shown(scenario: Scenario, name: str) -> dict[str, object]:
 def program_of(
     configuration: ExperimentConfig, sliders: Sequence[Slider], changed: Changes, every: int
 ) -> Program:
-    """A swarm as machine code, with the memory of a world that begins, and what sliders change."""
+    """Return a swarm as machine code, with its initial memory and the patches of the sliders."""
     chosen = _changed(configuration, {})
     usual = chosen.loop
     widest = _widest([usual, *(each.loop for each in changed.values())])
@@ -259,7 +259,7 @@ def program_of(
     patches = {
         each.name: [
             list(_patch(image, _image(_memory(changed[each.name, value], every, widest), usual)))
-            if (each.name, value) in changed and k != each.usual  # which is rounded
+            if (each.name, value) in changed and k != each.usual  # the usual value is rounded
             else []
             for k, value in enumerate(each.values)
         ]
@@ -279,7 +279,7 @@ def program_of(
 
 
 def _widest(loops: Sequence[Loop]) -> dict[str, tuple[int, ...]]:
-    """The shapes of the arrays of the world that have room for all of these swarms."""
+    """Return the shapes of the arrays of `WIDTHS` that have room for all of these swarms."""
     arrays = [dict(zip(WORLD, loop.world.arrays, strict=True)) for loop in loops]
     return {
         name: tuple(int(size) for size in np.max([each[name].shape for each in arrays], axis=0))
@@ -291,19 +291,19 @@ KEPT = (
     "worlds", "cells", "obstacles", "settings", "modes", "first_robot", "first_mind",
     "first_memory", "spans", "bound", "squashes", *ARRAYS_KEPT,
 )  # fmt: skip
-"""Arrays of a page that are not zeros when a world begins; all are as large for any swarm."""
+"""Arrays of a page that are not zero in a new world; they have the same size for any swarm."""
 
 OF_ROBOTS = (
     "robots", "near", "earned", "faults", "minds", "memories", "shared", "places", "poses",
     "columns", "pilot_actions", "pilot_raw", "pilot_frames", "pilot_seen",
 )  # fmt: skip
-"""Arrays whose second axis is robots."""
+"""Arrays whose second axis is that of the robots."""
 
-SAME = {"robot_words": "robots", "mind_words": "minds"}  # arrays that lie where another does
+SAME = {"robot_words": "robots", "mind_words": "minds"}  # arrays that share the memory of another
 
 
 def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
-    """The arrays of a page by name, in the order in which the machine code takes them."""
+    """Return the arrays of a page by name, in the order of the arguments of the machine code."""
     loop = swarm.loop
     n, form = loop.world.n_robots, _form(loop)
     own = dict(zip((*WORLD, *LAYERS, "modes", "trouble"), memory_of(loop), strict=True))
@@ -345,7 +345,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
 
 
 def _form(loop: Loop) -> PolicyForm:
-    """What somebody who drives a robot observes and gives: as a learner of the motion."""
+    """Return the observation and action of a visitor who drives: those of a learned motion."""
     return PolicyForm([loop.world.scenario], EnvConfig(learn="motion"))
 
 
@@ -354,26 +354,26 @@ def _scenario(loop: Loop) -> Scenario:
 
 
 def _names_kept(loop: Loop) -> tuple[str, ...]:
-    """The arrays of which the image of a world consists; the scenario may name faulty robots."""
+    """Return the names of the arrays of an image; with `faults` if the scenario names robots."""
     is_named = any(kind.robots for _, kind in _scenario(loop).faults)
     return (*KEPT, "faults") if is_named else KEPT
 
 
 def _image(memory: Mapping[str, Array], usual: Loop) -> UInt8[Array, " bytes"]:
-    """What a world begins with, one array after the other."""
+    """Return the initial memory of a world: the bytes of its kept arrays, concatenated."""
     arrays = (memory[name] for name in memory if name in _names_kept(usual))
     return np.frombuffer(b"".join(each.tobytes() for each in arrays), np.uint8)
 
 
 def _patch(usual: UInt8[Array, " bytes"], other: UInt8[Array, " bytes"]) -> Iterator[Patch]:
-    """What differs in the memory of a changed swarm, and where."""
+    """Yield the position and the new bytes of each difference between two images."""
     edges = np.flatnonzero(np.diff(usual != other, prepend=False, append=False))
     for first, last in edges.reshape(-1, 2):
         yield int(first), other[first:last].tobytes()
 
 
 def _place(name: str, array: Array, usual: Loop) -> ArrayPlace:
-    """How large an array is in the memory of a page."""
+    """Return the size of an array in the memory of a page, for any number of robots."""
     if name in SAME:
         return ArrayPlace(name, same=SAME[name])
     if name in _names_kept(usual):
@@ -392,7 +392,7 @@ def _axes_of_robots(name: str, array: Array) -> tuple[int, ...]:
 
 
 def _shape(name: str, array: Array, n: int, every: int) -> str:
-    """The shape of an array as an expression of the number of robots, which is n as it stands."""
+    """Return the shape of an array of n robots as an expression of `n_robots`."""
     if name == "pairs":
         return f"({every} * n_robots * n_robots, 2)"
     if name in SAME:
@@ -407,11 +407,11 @@ def _shape(name: str, array: Array, n: int, every: int) -> str:
 
 
 WIDTHS = {"near": (2, "n_near"), "cells": (1, "n_cells"), "obstacles": (1, "n_capsules")}
-"""Arrays whose width is an argument, so that scenarios share their machine code: which axis."""
+"""Axis and argument of arrays whose width is an argument: scenarios share machine code."""
 
 
 def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
-    """The ticks of a page as LLVM's text, with what is drawn after them."""
+    """Return the LLVM text of the ticks of a page and of the drawing after them."""
     usual, pilot = swarm.loop, swarm.pilot
     world, layers = usual.world, usual.controller.compiled
     functions = {**world.functions, **layers.functions}
@@ -434,7 +434,7 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
     return llvm_text_of(bind(run_and_draw, own), memory, numbers, call, types.int64, shapes)
 
 
-CALL = (  # how the arrays of a page are handed over
+CALL = (  # call of the compiled function with the arrays of a page
     "called(({world},), ({layers},), modes, trouble,"
     " (first_robot, first_mind, first_memory, seeds, places, poses), {noise}, n_ticks, columns,"
     " pairs, ((robot_words, mind_words, robot_words, spans, n_robots), learners, ({scaling}),"
@@ -443,7 +443,7 @@ CALL = (  # how the arrays of a page are handed over
 
 
 def _driving(usual: Loop) -> Driving:
-    """Where a visitor's commands go in the records of a robot, and what a learner observes."""
+    """Return where a robot's record holds a visitor's commands, and the features observed."""
     robots, form = usual.world.robots.dtype, _form(usual)
     robot = np.zeros(1, robots)
     whole = {"weighting": np.zeros(1, np.bool_), "motion": np.ones(1, np.bool_)}

@@ -1,4 +1,4 @@
-"""The style of a series: the colour of its controller, and what tells it apart without colour."""
+"""Style of a series: the colour of its controller, and marks that distinguish it without colour."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ PALETTE = {
     "indigo": "#332288",
     "black": "#222222",
 }
-"""Ten colours that colour-blind readers tell apart; all are seen on white, in lines as in fills.
+"""Ten colours that colour-blind readers can distinguish, visible on white in lines and fills.
 
 Source: Okabe and Ito 2008 without its yellow; wine and indigo from P. Tol 2021, "muted".
 """
@@ -57,14 +57,14 @@ CONTROLLERS = {
     "weighting-both": ("wine", 9),
     "motion-both": ("wine", 9),
 }
-"""Colour and mark of the named controllers, and of bundled policies, as the learned ones."""
+"""Colour and number of the mark of named controllers and of bundled policies."""
 
 INK, FAINT, GRID = "#222222", "#666666", "#dddddd"
 
 
 @dataclass(frozen=True)
 class SeriesStyle:
-    """The style of one series: its colour, and what tells it apart without colour."""
+    """Style of one series: its colour, and marks that distinguish it without colour."""
 
     colour: str
     dashes: str  # of a line
@@ -75,12 +75,12 @@ class SeriesStyle:
 def styles_of(
     names: Iterable[str], controllers: Mapping[str, str] | None = None
 ) -> dict[str, SeriesStyle]:
-    """A style for each series of a figure, by the controller of that name.
+    """Return a style for each series of a figure, by the controller of that name.
 
-    The colour is that of the controller, whatever its parameters, in every figure. So are marker,
-    dashes and hatch, as long as no two series of the figure would have the same ones; then the
-    later one, or the one with parameters, takes the next. `controllers` maps the series whose names
-    are not those of their controllers.
+    A controller has the same colour in every figure, whatever its parameters. It also has the same
+    marker, dashes and hatch, unless another series of the figure has them; then the later series,
+    or the one with parameters, takes the next ones. `controllers` maps the names of series to their
+    controllers, if they differ.
     """
     controller_of = {name: (controllers or {}).get(name, name) for name in names}
     styles: dict[str, SeriesStyle] = {}
@@ -95,24 +95,24 @@ def styles_of(
 
 
 def colour_of(controller: str) -> str:
-    """The colour of a controller, whatever its parameters: the same in figures and in replays."""
+    """Return the colour of a controller, whatever its parameters, in figures and in replays."""
     return PALETTE[_colour_and_mark(controller)[0]]
 
 
 def nth_style(number: int) -> SeriesStyle:
-    """The style of what is no controller, by its number: 0 to 9 differ in colour."""
+    """Return the style of a series without controller, by number; 0 to 9 differ in colour."""
     colours = list(PALETTE)
     return _style(colours[(number + 1) % len(colours)], number % len(MARKERS))
 
 
 def is_dark(colour: str) -> bool:
-    """Whether lines on a fill of this colour must be white to be seen (lightness: BT.601)."""
+    """Return whether lines on a fill of this colour must be white (lightness: BT.601)."""
     red, green, blue = bytes.fromhex(colour.removeprefix("#"))
     return 0.299 * red + 0.587 * green + 0.114 * blue < 0.4 * 255
 
 
 def _colour_and_mark(name: str) -> tuple[str, int]:
-    """Colour and mark of a controller; those of an unknown one follow from its letters."""
+    """Return colour and mark of a controller; those of an unknown one are a hash of its name."""
     base = name.partition(":")[0]
     number = crc32(base.encode())
     known = OLD_NAMES.get(base, base)

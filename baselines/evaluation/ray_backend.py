@@ -1,9 +1,9 @@
-"""The Ray backend: calls run on the nodes of a cluster, and are run again where a node dies.
+"""Ray backend: runs calls on the nodes of a cluster, and runs them again if a node dies.
 
     swarm-forage evaluate es1 ssgikf --backend ray --workers 64 --address ray-head:6379
 
-Calls return what they found to this process, which keeps it. A call whose worker or node dies
-runs again on another; as it depends on its job alone, it returns the same bits.
+Calls return their results to this process, which stores them. A call whose worker or node dies
+runs again on another one; as it depends on its job only, it returns the same bits.
 """
 
 import hashlib
@@ -34,14 +34,14 @@ from swarm_forage_env.errors import ConfigError
 LOGGER = logging.getLogger("swarm-forage")
 
 MAX_RETRIES = 10
-"""How often a call is run again whose worker or node died; one that kills its worker ends so."""
+"""Maximum number of times that a call is run again after its worker or node died."""
 
-WAIT = 10.0  # how long to wait for an address to answer [s]
+WAIT = 10.0  # maximum time to wait for an answer of an address [s]
 
 
 @dataclass(frozen=True)
 class RayBackend(Backend):
-    """Workers of a Ray cluster: the one at an address, or else a local one, started here.
+    """Backend of workers of a Ray cluster: the one at an address, or else a local one.
 
     Ray reserves `threads` CPUs for each call.
     """
@@ -52,21 +52,21 @@ class RayBackend(Backend):
         """Join the cluster, or start a local one that ends with this process.
 
         ConfigError if no cluster answers at the address. A program that has called `ray.init`
-        stays with its own cluster.
+        keeps its cluster.
         """
         if ray.is_initialized():
             return
-        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # reports nothing to anybody
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # sends no usage reports
         options: dict[str, object] = {"address": self.address}
         if self.address is None:
             cpus = self.workers * self.threads
             options = {"address": "local", "num_cpus": cpus, "include_dashboard": False}
         else:
             _check_answers(self.address)
-        handler = signal.getsignal(signal.SIGTERM)  # which Ray replaces
+        handler = signal.getsignal(signal.SIGTERM)  # Ray replaces it
         try:
             ray.init(**options, log_to_driver=False, logging_level=logging.ERROR)
-            ray_worker.print_to_stdstream = _tell  # else on stdout, among the results
+            ray_worker.print_to_stdstream = _tell  # otherwise printed to stdout, among the results
         except (ConnectionError, RuntimeError, ValueError):
             raise _no_cluster(self.address) from None
         finally:
@@ -74,7 +74,7 @@ class RayBackend(Backend):
                 signal.signal(signal.SIGTERM, handler)
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
-        """Call the function with every job; a call whose worker dies runs on another one."""
+        """Call the function with every job; a call whose worker dies runs again on another one."""
         if not jobs:
             return
         self.connect()
@@ -96,13 +96,13 @@ class RayBackend(Backend):
 
 
 def _tell(message: Mapping[str, Sequence[str]], ignore_prefix: bool) -> None:
-    """Report a node or a worker that died: the first sentence of Ray's message."""
+    """Log the first sentence of Ray's message about a node or worker that died."""
     for text in message["lines"]:
         LOGGER.warning("ray: %s", text.partition(". ")[0])
 
 
 def _check_answers(address: str) -> None:
-    """ConfigError unless something answers at HOST:PORT: Ray itself tries for many minutes."""
+    """Raise ConfigError unless HOST:PORT answers; Ray itself would try for many minutes."""
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not colon:  # auto, or the name of a cluster
         return
@@ -121,7 +121,7 @@ def _no_cluster(address: str | None) -> ConfigError:
 
 @cache
 def code_here() -> str:
-    """Hash of the source of these packages, and the versions that they calculate with."""
+    """Return the hash of the source of OURS and of the versions of Python and LIBRARIES."""
     text = hashlib.sha256(platform.python_version().encode())
     for library in LIBRARIES:
         text.update(version(library).encode())
@@ -143,7 +143,7 @@ def _call(shared: tuple[Callable[[JobT], ResultT], str], job: JobT) -> ResultT:
 
 
 def _result(ended: object) -> Any:  # noqa: ANN401 of any kind
-    """What a call returned; what it raised, or BrokenExecutor if its workers kept dying."""
+    """Return the result of a call or raise its error; BrokenExecutor if its workers kept dying."""
     try:
         return ray.get(ended)
     except RayTaskError as error:

@@ -1,8 +1,7 @@
 """Run the episodes that a dataset does not hold yet, in parallel.
 
-Episodes run in blocks of worlds, spread over worker processes by a backend, and this process writes
-them as soon as their block ends. Neither how episodes are cut into blocks nor the number of threads
-ever changes a result.
+A backend spreads blocks of episodes over worker processes, and this process writes the episodes as
+soon as their block ends. Results depend neither on the blocks nor on the number of threads.
 """
 
 import time
@@ -26,18 +25,17 @@ from swarm_forage_env.compiler import compiling_told
 from swarm_forage_env.worlds_on_cpu import Device
 
 MAX_ROWS = 300
-"""Robots in a block for each thread, about: more rows hardly share Python's cost per tick any
-further."""
+"""Approximate number of robots per thread of a block; more would hardly raise the speed."""
 
 ROWS_ON_GPU = 100_000
-"""Robots in a block on a GPU: enough threads that it is never idle; they take about 250 MB."""
+"""Number of robots in a block on a GPU: enough that it is never idle; they take about 250 MB."""
 
-ROUNDS = 2  # blocks for each worker, at least, so that all have work until near the end
-WRITERS = 16  # files that this process writes at a time
+ROUNDS = 2  # minimum number of blocks per worker, so that all have work until near the end
+WRITERS = 16  # files that this process writes at the same time
 
 
 EpisodeBlock = tuple[ExperimentConfig, tuple[int, ...]]
-"""A configuration, and the seeds of its episodes that run side by side in one process."""
+"""Configuration, and the seeds of its episodes that run side by side in one process."""
 
 
 class Plan:
@@ -50,7 +48,7 @@ class Plan:
         dataset: Dataset,
         trajectories: Trajectories | None = None,
     ) -> None:
-        """Look for every episode, and its trajectory if recorded; nothing runs yet."""
+        """Look up every episode, and its trajectory if recorded, without running any."""
         self.configurations = list(configurations)
         self.seeds = list(seeds)
         self.dataset = dataset
@@ -74,7 +72,7 @@ class Plan:
         return sum(map(len, self.todo.values()))
 
     def blocks(self, backend: Backend) -> list[EpisodeBlock]:
-        """The episodes still to run, cut into blocks of nearly equal size."""
+        """Return the episodes still to run, in blocks of nearly equal size."""
         rounds = ROUNDS * backend.workers if backend.device == "cpu" else 1
         share = -(-self.n_todo // rounds)
         blocks: list[EpisodeBlock] = []
@@ -88,8 +86,8 @@ class Plan:
     def run(self, backend: Backend, tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
         """Run the missing episodes; yield the number of episodes of each block once it is written.
 
-        Episodes whose controller had another name are written again, as figures show the name.
-        Those of a block on a GPU are written together. `tell` receives what is compiled.
+        Episodes stored under another name of their controller are written again, as figures show
+        it. Those of a block on a GPU are written together. `tell` receives progress of compilation.
         """
         for key, own in self._named.items():
             stored = self._stored[key].items()
@@ -118,7 +116,7 @@ class Plan:
         contents: Mapping[int, bytes],
         episodes: Sequence[AnyEpisode],
     ) -> None:
-        """Write episodes, their trajectories first: an episode that is there has its own."""
+        """Write episodes after their trajectories, so that every stored episode has one."""
         if self.trajectories:
             for each in episodes:
                 place = self.trajectories.place(configuration, each.seed)
@@ -126,11 +124,11 @@ class Plan:
         self.dataset.keep(configuration, episodes)
 
     def results(self) -> list[Any]:
-        """All episodes, by controller, then seed, under the controllers' names as given."""
+        """Return all episodes, by controller, then seed, with the controllers' names as given."""
         return list(chain.from_iterable(self.by_configuration()))
 
     def by_configuration(self) -> list[list[Any]]:
-        """The results of each configuration, in their order."""
+        """Return the episodes of each configuration, in their order."""
         return [
             [replace(self._stored[each.key][seed], controller=each.label) for seed in self.seeds]
             for each in self.configurations
@@ -138,7 +136,7 @@ class Plan:
 
 
 def worlds_in_a_block(configuration: ExperimentConfig, device: Device = "cpu") -> int:
-    """Number of worlds of this configuration that a thread of a block, or a GPU, has room for."""
+    """Return the maximum number of worlds per thread of a block, or per block on a GPU."""
     n_robots: int = configuration.scenario.task.n_robots
     return max(1, (MAX_ROWS if device == "cpu" else ROWS_ON_GPU) // n_robots)
 
@@ -149,7 +147,7 @@ def evaluate(
     dataset: Dataset,
     backend: Backend | None = None,
 ) -> list[Any]:
-    """Run, or find, and keep all episodes; without a backend they run in this process."""
+    """Return all episodes; run and store missing ones, in this process without a backend."""
     plan = Plan(configurations, seeds, dataset)
     for _ in plan.run(backend or JoblibBackend()):
         pass
@@ -165,7 +163,7 @@ def warm_up(configuration: ExperimentConfig, device: Device = "cpu") -> None:
 def _run_block(
     block: EpisodeBlock, backend: Backend, is_recorded: bool
 ) -> tuple[str, list[AnyEpisode], Mapping[int, bytes]]:
-    """The key of the configuration, its episodes, and the files of trajectories by seed."""
+    """Run a block; return the configuration's key, its episodes, and trajectory files by seed."""
     config, seeds = block
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
     what = config.scenario, config.controller, seeds, config.physics
@@ -174,18 +172,18 @@ def _run_block(
 
 
 def _many_at_a_time(function: Callable[[JobT], None], jobs: Iterable[JobT]) -> None:
-    """Write files, most of which is waiting for the disk; Ctrl-C waits until all are written."""
+    """Write files in threads, as they mostly wait for the disk; Ctrl-C waits for all of them."""
     with ThreadPoolExecutor(WRITERS) as pool:
         writes = [pool.submit(function, job) for job in jobs]
     for write in writes:
         write.result()
 
 
-NAMED = 20  # files that a message names, at most
+NAMED = 20  # maximum number of files in a message
 
 
 def run_with_progress(plan: Plan, backend: Backend) -> None:
-    """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
+    """Run the missing episodes; print a line before and after, a bar if stderr is a terminal."""
     begin, n_todo = time.monotonic(), plan.n_todo
     total = len(plan.configurations) * len(plan.seeds)
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))

@@ -1,6 +1,6 @@
 """Scores of scenarios and controllers, which `list` shows and `make scores` measures.
 
-A scenario is scored under the default controller of its task, a controller in `es1`. Both take the
+A scenario is scored under the default controller of its task, a controller in `es1`. Both use the
 default engine and the seeds from 0 on.
 """
 
@@ -18,39 +18,39 @@ from swarm_forage_env.task import task_of
 
 FILE = Path(__file__).with_name("scores.json")
 
-ARENA = "es1"  # where controllers are scored
+ARENA = "es1"  # scenario in which controllers are scored
 
 EPISODES = 10
 
 
 @dataclass(frozen=True)
 class Score:
-    """The mean score of a controller in a scenario."""
+    """Mean score of a controller in a scenario."""
 
     scenario: str
     controller: str
     mean: float
     low: float | None
-    """End of the 95 % bootstrap interval; None where all episodes score the same."""
+    """Lower end of the 95 % interval; None if all episodes score the same."""
     high: float | None
     episodes: int
 
 
 @cache
 def read_scores() -> dict[tuple[str, str], Score]:
-    """What was measured last, by scenario and controller."""
+    """Return the scores in FILE by scenario and controller."""
     scores = [Score(**each) for each in json.loads(FILE.read_text(encoding="utf-8"))]
     return {(each.scenario, each.controller): each for each in scores}
 
 
 def score_of(name: str) -> Score | None:
-    """The score of a scenario or of a controller; None if not measured."""
+    """Return the score of a scenario or of a controller; None if not measured."""
     of = (name, task_of(SCENARIOS[name]).controller) if name in SCENARIOS else (ARENA, name)
     return read_scores().get(of)
 
 
 def pairs() -> Iterator[tuple[str, str]]:
-    """The scenarios and controllers that are scored together."""
+    """Yield the pairs of scenario and controller that are scored."""
     for registry in (CONTROLLERS, REFERENCES):
         yield from ((ARENA, name) for name in registry if registry[name].supports(SCENARIOS[ARENA]))
     others = (name for name in SCENARIOS if name != ARENA)
@@ -58,7 +58,7 @@ def pairs() -> Iterator[tuple[str, str]]:
 
 
 def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
-    """Run the episodes that are not kept in the folder yet, and score them."""
+    """Run the episodes that are not in the folder yet, and return the score of all."""
     from baselines.evaluation.backends import JoblibBackend
     from baselines.evaluation.evaluate_options import EvaluateOptions
     from baselines.evaluation.runner import run_with_progress

@@ -1,7 +1,6 @@
 """Statistics: means with intervals, comparisons of two controllers, runs of learners.
 
-None stands where the numbers say nothing: an interval of one value or of equal values, a
-ratio to zero.
+A result is None if it is undefined: an interval of one value or of equal values, a ratio to zero.
 """
 
 import math
@@ -243,7 +242,7 @@ def _interval(
 ) -> tuple[float, float] | None:
     """Bootstrap interval, resampling the samples together; None if none varies or not finite.
 
-    Of a few values Fieller's: of their mean, whose base is one, that is Student's.
+    For fewer values than FEW it is Fieller's, which for a mean (a ratio to ones) is Student's.
     """
     if not any(np.ptp(each) > 0.0 for each in samples):
         return None

@@ -1,4 +1,4 @@
-"""Episodes as a table with intervals that fits a terminal, as JSON, as CSV, and in Markdown."""
+"""Episodes as tables with intervals for a terminal, as JSON and as CSV; tables in Markdown."""
 
 import csv
 import io
@@ -24,15 +24,15 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 
 @dataclass(frozen=True)
 class FittingTable:
-    """Columns of numbers beside the names of controllers, in as many tables as the width takes."""
+    """Table of named rows, split by columns into several tables if the terminal is narrower."""
 
     head: str  # heading of the names
-    names: Sequence[str]  # what each row is of
+    names: Sequence[str]  # name of each row
     columns: Mapping[str, Sequence[Text]]
     """Cells of each column by its heading, a cell for each name."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table | Text]:
-        """The tables, one below the other, each with the names of the rows."""
+        """Yield the tables, one below the other, each with the names of the rows."""
         widths = {heading: _width([Text(heading), *col]) for heading, col in self.columns.items()}
         names = [Text(name) for name in (self.head, *self.names)]
         if _width(names) + sum(widths.values()) > options.max_width:
@@ -68,15 +68,15 @@ def _width(texts: Sequence[Text]) -> int:
 NOT_APPLICABLE = "n/a"
 
 EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
-"""Episodes by controller, the seeds in the same order for each."""
+"""Episodes by controller, with the seeds in the same order for each."""
 
 
 def to_json(
     episodes: Sequence[AnyEpisode], series: bool = False, changes: Sequence[str] = ()
 ) -> str:
-    """Episodes as one JSON array, one a line, with what was changed of the scenario.
+    """Return episodes as one JSON array, one per line, with the changes of the scenario.
 
-    With `series` also those over time.
+    `series` adds their time series.
     """
     left_out = () if series else kind_of_episode(episodes[0]).series
     rows = (_without(left_out, changes, episode) for episode in episodes)
@@ -84,7 +84,7 @@ def to_json(
 
 
 def to_csv(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> str:
-    """Episodes as CSV with a header, without series; missing values are empty."""
+    """Return episodes as CSV with a header, without series; missing values are empty."""
     text, series = io.StringIO(), kind_of_episode(episodes[0]).series
     rows = [_without(series, changes, episode) for episode in episodes]
     writer = csv.DictWriter(text, [*rows[0]], lineterminator="\n")
@@ -101,9 +101,9 @@ def _without(
 
 
 def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group:
-    """The tables of means and, for several controllers, of comparisons with the first.
+    """Return the tables of means and, for several controllers, of comparisons with the first.
 
-    `changes` are those of the scenario, as `radio.frames=1`.
+    `changes` are those of the scenario, such as `radio.frames=1`.
     """
     groups: dict[str, list[AnyEpisode]] = {}
     for episode in episodes:
@@ -133,7 +133,7 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
 
 
 def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTable:
-    """The means of these metrics for every controller, over their 95 % intervals."""
+    """Return a table of the means of these metrics for every controller, with 95 % intervals."""
     (first, *_), *_ = groups.values()
     headings = kind_of_episode(first).columns
     columns = {
@@ -144,7 +144,7 @@ def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTabl
 
 
 def comparison(groups: EpisodesByController) -> FittingTable:
-    """The table of every controller's score against the first one's, seed by seed."""
+    """Return a table that compares the score of every controller with the first, seed by seed."""
     (_, base), *others = groups.items()
     compared = [compare(scores(episodes), scores(base)) for _, episodes in others]
     columns = {
@@ -156,24 +156,24 @@ def comparison(groups: EpisodesByController) -> FittingTable:
 
 
 def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
-    """The score of each episode: round trips, or goals per robot."""
+    """Return the score of each episode: round trips, or goals per robot."""
     return present_values(episodes, kind_of_episode(episodes[0]).score)
 
 
 WIDE, SHARE = 40.0, 0.2
-"""Standard deviation of round trips between episodes, and its share of their mean, from which
-episodes differ widely: hand-written controllers have 4 to 12 in es1, of 60 to 250."""
+"""Standard deviation of round trips, absolute and as share of the mean, above which episodes differ
+widely. Hand-written controllers have 4 to 12 in es1, with means of 60 to 250."""
 
-FAR = 0.8  # share of the score with noise below which the one without is far below it
+FAR = 0.8  # share of the score with noise below which a score without noise is far lower
 
 
 def noise_lines(
     configurations: Sequence[ExperimentConfig], episodes: Sequence[Sequence[AnyEpisode]]
 ) -> Iterator[str]:
-    """A line for each policy that acts without noise and searches by it; none in other tasks.
+    """Yield a line for each policy that acts without noise but searches by it; foraging only.
 
     A policy that has learned to find areas by its noise drives in circles without it, in some
-    episodes or in all: these differ widely, or score far below those with noise.
+    episodes or in all. Its scores then differ widely, or are far below those with noise.
     """
     if not isinstance(episodes[0][0], ForagingEpisode):
         return
@@ -192,7 +192,7 @@ def noise_lines(
 
 
 def _reason(trips: Array, with_noise: float) -> str:
-    """Why a policy without noise seems to search by it; empty if it does not."""
+    """Return why a policy without noise seems to search by it; empty if it does not."""
     spread = trips.std(ddof=1) if len(trips) > 1 else 0.0
     if spread > max(WIDE, SHARE * trips.mean()):
         return f"its episodes differ by {spread:.0f} round trips (standard deviation)"
@@ -202,7 +202,7 @@ def _reason(trips: Array, with_noise: float) -> str:
 
 
 def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
-    """A table cell: mean over interval, and the number of episodes if not all count."""
+    """Return a cell: mean above interval, and the number of episodes if some have no value."""
     estimate = mean_interval(present_values(episodes, metric, factor))
     if estimate is None:
         return Text(NOT_APPLICABLE)
@@ -226,7 +226,7 @@ def _formatted(estimate: Estimate, between: str) -> tuple[str, str]:
 
 
 def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str | Text]]) -> Table:
-    """A table for a terminal, whose cells are broken where they must."""
+    """Return a table for a terminal; long cells are broken into lines."""
     columns = (Column(Text(head), overflow="fold") for head in heads)
     table = Table(*columns, box=None, padding=(0, 1, 0, 0))
     for row in rows:
@@ -235,7 +235,7 @@ def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str | Text]]) -> T
 
 
 def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Return a table in Markdown."""
     return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows))
 
 

@@ -1,8 +1,8 @@
-"""Trajectories of evaluated episodes: one Parquet file for each, a row a robot and tick.
+"""Trajectories of evaluated episodes: one Parquet file each, with a row per robot and tick.
 
     OUT-trajectories/scenario=es1/controller=ssgiff/<configuration>-seed00000003.trajectory.parquet
 
-They lie in a folder beside that of the dataset, so that readers take either folder for one table.
+Their folder is next to that of the dataset, so that readers can read either folder as one table.
 Files are written atomically, with a checksum for every page.
 """
 
@@ -22,15 +22,15 @@ from swarm_forage_env.global_state import TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task, task_of
 
-ENDING = ".trajectory.parquet"  # of the names of files, by which readers of episodes pass over them
-GROUP_ROWS = 200_000  # rows of all worlds that are held before they are compressed, about
+ENDING = ".trajectory.parquet"  # of file names, by which readers of episodes skip the files
+GROUP_ROWS = 200_000  # approximate number of rows, over all worlds, that are buffered
 
 COMPRESSION = {"compression": "zstd", "write_page_checksum": True, "use_dictionary": False}
-"""How a file is written. Of floats the bytes are sorted by their place: they compress better."""
+"""Options of the writer of a file."""
 
 WORDS = pa.dictionary(pa.int16(), pa.string())
 
-EPISODE_COLUMNS = (  # columns of every task, in front of its own
+EPISODE_COLUMNS = (  # columns of every task, before its own
     TrajectoryColumn("episode", "u8", "seed of the episode: `seed` in the dataset of episodes"),
     TrajectoryColumn("t", "f8", "time since the start [s]; 0: before the first tick"),
     TrajectoryColumn("robot", "i4", "which robot: 0 to N - 1"),
@@ -41,12 +41,12 @@ CONFIGURATION = "configuration"
 
 
 def columns_of(kind: TrajectoryKind) -> tuple[TrajectoryColumn, ...]:
-    """The columns of a file, but for `configuration`."""
+    """Return the columns of a file, except `configuration`."""
     return EPISODE_COLUMNS + kind.columns
 
 
 def trajectory_schema(kind: TrajectoryKind) -> pa.Schema:
-    """The columns of a file, each with what it is in its metadata."""
+    """Return the schema of a file, with the description of each column in its metadata."""
     fields = [
         pa.field(
             each.name,
@@ -60,32 +60,32 @@ def trajectory_schema(kind: TrajectoryKind) -> pa.Schema:
 
 
 def kind_of(task: Task) -> TrajectoryKind:
-    """What a task keeps of its robots; ConfigError if nothing."""
+    """Return the columns that a task records of its robots; ConfigError if it records none."""
     if task.trajectory is None:
         raise ConfigError(f"--trajectories: the task {task.name} keeps none of its robots")
     return task.trajectory
 
 
 def beside(folder: Path) -> Path:
-    """The folder of trajectories that goes with the folder of a dataset."""
+    """Return the folder of the trajectories of a dataset folder."""
     named = folder if folder.name not in {"", ".."} else folder.resolve()
     return named.with_name(f"{named.name}-trajectories")
 
 
 class Trajectories(Dataset):
-    """The folder of trajectories that goes with a dataset."""
+    """Folder of the trajectories of a dataset."""
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(beside(dataset.folder), ENDING)
 
     def holds(self, configuration: ExperimentConfig, seed: int) -> bool:
-        """Whether the whole trajectory of an episode is kept; a damaged one is set aside."""
+        """Return whether the whole trajectory is stored; a damaged file is set aside."""
         check = partial(_is_trajectory, configuration, seed)
         return self.read_checked(self.place(configuration, seed), check) is not None
 
 
 class TrajectoryRecorder:
-    """Records where the robots of a block are, compressed in memory until the block is over."""
+    """Recorder of the trajectories of a block, compressed in memory until the block ends."""
 
     def __init__(self, configuration: ExperimentConfig, seeds: Sequence[int]) -> None:
         self._kind = kind_of(task_of(configuration.scenario))
@@ -93,7 +93,7 @@ class TrajectoryRecorder:
         self._schema = trajectory_schema(self._kind)
         self._sinks = [pa.BufferOutputStream() for _ in seeds]
         floats = [field.name for field in self._schema if pa.types.is_floating(field.type)]
-        encoding = dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
+        encoding = dict.fromkeys(floats, "BYTE_STREAM_SPLIT")  # compresses better
         self._writers = [
             pq.ParquetWriter(sink, self._schema, column_encoding=encoding, **COMPRESSION)
             for sink in self._sinks
@@ -118,7 +118,7 @@ class TrajectoryRecorder:
             self._flush()
 
     def contents(self) -> dict[int, bytes]:
-        """The files of all worlds, by seed, finished."""
+        """Finish the files of all worlds and return their contents by seed."""
         self._flush()
         for writer in self._writers:
             writer.close()
@@ -126,7 +126,7 @@ class TrajectoryRecorder:
         return {seed: sink.getvalue().to_pybytes() for seed, sink in sinks}
 
     def _flush(self) -> None:
-        """Write what was recorded: ticks in order, robots in order within each."""
+        """Write the buffered ticks, ordered by tick, then robot."""
         if not self._ticks:
             return
         ticks = {name: np.stack([tick[name] for tick in self._ticks]) for name in self._ticks[0]}
@@ -142,14 +142,14 @@ class TrajectoryRecorder:
 
 
 def find_trajectory(sources: Sequence[str], key: str, seed: int) -> Path | None:
-    """The file of an episode's trajectory beside or in dataset folders; None if there is none."""
+    """Find an episode's trajectory file in or next to dataset folders; None without one."""
     name = f"{key}-seed{seed:08d}{ENDING}"
     folders = (folder for own in map(Path, sources) for folder in (beside(own), own))
     return next((file for folder in folders for file in folder.rglob(name)), None)
 
 
 def read_trajectory(file: Path) -> pa.Table:
-    """The table in a trajectory's file, its checksums verified; ConfigError if it is none."""
+    """Read the table in a trajectory's file, with its checksums; ConfigError if it is none."""
     try:
         return read_table(file.read_bytes())
     except (DamagedFileError, OSError) as damage:
@@ -157,7 +157,7 @@ def read_trajectory(file: Path) -> pa.Table:
 
 
 def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
-    """A column as it is written; NaN and the code -1 are empty."""
+    """Return a column as it is written; NaN and negative codes are null."""
     if not column.words:
         return pa.array(values, from_pandas=column.is_nullable)
     codes = pa.array(values.astype(np.int16), mask=values < 0)

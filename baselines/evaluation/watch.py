@@ -20,12 +20,12 @@ from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.task import stage_of
 
 Take = Callable[[Scene], bool | None]
-"""Takes the next scene of an episode, those before `start` for trails only; true: no more."""
+"""Function that takes each scene, before `start` for trails only; true ends the episode."""
 
 Painted = AbstractContextManager[Take]
-"""Writes its file when it is left, and nothing if an error or the user ends the episode."""
+"""Context of a recorder, which writes its file on exit, but not after an error or interrupt."""
 
-MAX_CONTROLLERS = 2  # controllers that are shown side by side, at most
+MAX_CONTROLLERS = 2  # maximum number of controllers side by side
 
 
 @dataclass(frozen=True)
@@ -35,16 +35,16 @@ class WatchOptions:
     speed: float = 10.0  # multiple of real time
     size: int = 720  # width of pictures [px]
     select: int | None = None  # the robot whose beliefs are drawn
-    start: float = 0.0  # time of the episode at which it begins to be shown [s]
-    seconds: float | None = None  # for how long, in the episode's time [s]; None: to its end
-    drive: int | None = None  # the robot that the user drives by the arrow keys, in a window
+    start: float = 0.0  # simulated time from which the episode is shown [s]
+    seconds: float | None = None  # simulated time that is shown [s]; None: to the end
+    drive: int | None = None  # the robot that the user drives with the arrow keys
     video: Path | None = None
     html: Path | None = None
     frame: Path | None = None
 
 
 def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
-    """Run one episode and show it; of two controllers side by side, under the same seed."""
+    """Run one episode and show it; two controllers run side by side under the same seed."""
     configurations = chosen.configurations()
     _check_number(chosen.controllers, options)
     stage = stage_of(configurations[0].scenario, configurations[0].label)
@@ -117,7 +117,7 @@ def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
 
 
 def _command(chosen: EvaluateOptions, options: WatchOptions) -> str:
-    """The command line that shows the same again, with every option that is not the usual one.
+    """Return the command line that shows the same episode again, without default options.
 
     Files that it writes are named without their folder.
     """
@@ -143,7 +143,7 @@ def _scenes(
 
 
 def _ticks(stage: Stage, options: WatchOptions) -> range:
-    """The ticks that are shown or leave trails."""
+    """Return the ticks that are shown or leave trails."""
     first = max(0, round((options.start - TRAIL) / stage.tick))
     last = round((options.start + (options.seconds or 0.0)) / stage.tick)
     return range(first, last + 1)
@@ -157,7 +157,7 @@ def _replay(stage: Stage, chosen: EvaluateOptions, options: WatchOptions, comman
 
 
 def _painted(stage: Stage, options: WatchOptions) -> Sequence[Painted]:
-    """What takes the scenes of the first swarm. ImportError without pygame."""
+    """Return the recorders of the first swarm, or a window. ImportError without pygame."""
     if options.html and not options.video and not options.frame:
         return []
     from baselines.evaluation import image_recorders as images
@@ -168,7 +168,7 @@ def _painted(stage: Stage, options: WatchOptions) -> Sequence[Painted]:
 
 
 def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
-    """Check the options and fill in the length; ConfigError for what cannot be shown."""
+    """Return the options with their length filled in; ConfigError if they cannot be shown."""
     checked_speed(options.speed)
     size = checked_size(options.size)
     for option, robot in (("--select", options.select), ("--drive", options.drive)):
