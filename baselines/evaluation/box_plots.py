@@ -185,7 +185,7 @@ def _draw_boxes(
 
 
 def _tell_size(axes: Axes, values: Sequence[float], at: float, layout: _Layout) -> None:
-    """Write n, or "none", at a box whose sample has not the usual size."""
+    """Write n, or "none", at the end of a box whose sample size differs from the usual one."""
     text = f"n = {len(values)}" if len(values) else "none"
     end = max(values, default=0.0)
     place, offset = ((end, at), (4, 0)) if layout.lies else ((at, end), (0, 4))

@@ -172,7 +172,7 @@ def plot(  # noqa: PLR0913 the options of a command
 
     **boxplot**: the score of each controller, or another --metric.
 
-    **curve**: the same over a number of the controller or the scenario (beta, task.n_robots).
+    **curve**: the same over a parameter of the controller or the scenario (beta, task.n_robots).
 
     **on-path**: share of the robots on the path over time.
 

@@ -96,11 +96,11 @@ def folder_name(name: str, prefix: str = "") -> str:
 
 
 class DamagedFileError(Exception):
-    """A dataset file that is not the episode its name says."""
+    """Damaged dataset file: it does not hold the episodes that its name states."""
 
 
 def unread(what: str, reason: DamagedFileError | OSError) -> ConfigError:
-    """The error for a file that cannot be read, or does not hold what it should."""
+    """Return the error for a file that cannot be read or has the wrong content."""
     if isinstance(reason, OSError):
         return ConfigError(f"{what}: cannot be read ({reason.strerror})")
     return ConfigError(f"{what}: {reason}; remove it and run the command that made it again")

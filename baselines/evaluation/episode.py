@@ -112,7 +112,7 @@ def _begun(
     device: str,
 ) -> tuple[Loop, Loop | DeviceLoop]:
     """Reset the worlds; return their loop on the CPU and the loop on the device that runs them."""
-    is_alike = not isinstance(controller, Sequence)  # such worlds are reset on the device
+    is_alike = not isinstance(controller, Sequence)  # worlds of one controller reset on the device
     loop = Loop(scenario, controller, seeds, physics, threads, is_blank=is_alike)
     running = placed(loop, device)
     if is_alike:

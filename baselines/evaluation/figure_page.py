@@ -67,7 +67,7 @@ def style_in_use() -> PageStyle:
 
 @dataclass(frozen=True)
 class Caption:
-    """Caption of a figure; the figure shows the note, the metadata of its file hold all fields."""
+    """Caption of a figure, for the metadata of its file; the figure itself shows only the note."""
 
     text: str = ""  # what is shown, and how
     note: str = ""  # number of episodes that are shown

@@ -31,7 +31,7 @@ def live_window(stage: Stage, options: WatchOptions) -> Iterator[Take]:
 
 
 def painter_of(stage: Stage, options: WatchOptions) -> tuple[Painter, Show]:
-    """Return the painter of images and what it shows: beliefs only of a selected robot."""
+    """Return the painter of the images and what it shows; beliefs only if a robot is selected."""
     layout = Layout(stage, options.size, beliefs=options.select is not None)
     return Painter(stage, layout), Show(selected=options.select)
 

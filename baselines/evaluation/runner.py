@@ -136,7 +136,7 @@ class Plan:
 
 
 def worlds_in_a_block(configuration: ExperimentConfig, device: Device = "cpu") -> int:
-    """Return the maximum number of worlds per thread of a block, or per block on a GPU."""
+    """Return the number of worlds that fill one thread of a block, or a block on a GPU."""
     n_robots: int = configuration.scenario.task.n_robots
     return max(1, (MAX_ROWS if device == "cpu" else ROWS_ON_GPU) // n_robots)
 

@@ -34,7 +34,7 @@ class Estimate:
     value: float
     interval: tuple[float, float] | None
     n: int
-    """Values it was estimated from."""
+    """Number of values from which it was estimated."""
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -240,7 +240,7 @@ def _mean_ratio(x: Values, b: Values, axis: int = -1) -> Values:
 def _interval(
     samples: tuple[Values, ...], statistic: Callable[..., Values], seed: int
 ) -> tuple[float, float] | None:
-    """Bootstrap interval, resampling the samples together; None if none varies or not finite.
+    """Bootstrap interval, resampling the samples together; None if all are constant or not finite.
 
     For fewer values than FEW it is Fieller's, which for a mean (a ratio to ones) is Student's.
     """

@@ -161,8 +161,8 @@ def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
 
 
 WIDE, SHARE = 40.0, 0.2
-"""Standard deviation of round trips, absolute and as share of the mean, above which episodes differ
-widely. Hand-written controllers have 4 to 12 in es1, with means of 60 to 250."""
+"""Standard deviation of round trips, and its share of their mean; above both, episodes vary widely.
+Hand-written controllers have 4 to 12 in es1, with means of 60 to 250."""
 
 FAR = 0.8  # share of the score with noise below which a score without noise is far lower
 

@@ -149,7 +149,7 @@ def find_trajectory(sources: Sequence[str], key: str, seed: int) -> Path | None:
 
 
 def read_trajectory(file: Path) -> pa.Table:
-    """Read the table in a trajectory's file, with its checksums; ConfigError if it is none."""
+    """Read the table of a trajectory file and verify its checksums; ConfigError if damaged."""
     try:
         return read_table(file.read_bytes())
     except (DamagedFileError, OSError) as damage:
@@ -157,7 +157,7 @@ def read_trajectory(file: Path) -> pa.Table:
 
 
 def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
-    """Return a column as it is written; NaN and negative codes are null."""
+    """Return a column as it is written; NaN of nullable columns and negative codes are null."""
     if not column.words:
         return pa.array(values, from_pandas=column.is_nullable)
     codes = pa.array(values.astype(np.int16), mask=values < 0)

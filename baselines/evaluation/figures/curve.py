@@ -70,7 +70,7 @@ def _panels(
 
 
 def _varied(groups: Sequence[EpisodeGroup]) -> str:
-    """Return the setting that varies while all else is equal; ConfigError unless it is one."""
+    """Return the setting that varies while all else is equal; ConfigError unless one does."""
     candidates = {name for group in groups for name in _numeric(group)}
     vary = {name for name in candidates if len({group.numbers.get(name) for group in groups}) > 1}
     names = []
