@@ -8,7 +8,7 @@ A gated recurrent unit precedes the dense layers; its state h is zero when an ep
     n_t = tanh(W_n x_t + b_n + r_t (U_n h_t-1 + c_n))
     h_t = (1 - z_t) n_t + z_t h_t-1
 
-Source: Cho2014, Learning Phrase Representations using RNN Encoder-Decoder; the form is torch's.
+Source: Cho2014, Learning Phrase Representations using RNN Encoder-Decoder (in torch's form).
 """
 
 import math

@@ -110,7 +110,7 @@ def add_sight_noise(
     r is the range and d the global direction; the heading is handed on by the bearings at which
     the two see each other. Before, P is that of robot j.
 
-    Source: none; it is the propagation of errors through BOIDS, Eq. 3.
+    Source: BOIDS, Eq. 3 (its errors, propagated).
     """
     u, v = step_slopes(far, direction)
     propagate(P, u, v)

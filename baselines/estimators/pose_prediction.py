@@ -119,7 +119,7 @@ def add_step_noise(
               dt sin(theta)    V dt^2 cos(theta)
               0                dt ]
 
-    Source: BOIDS, Eq. 2, differentiated by its inputs; the paper has no such matrix.
+    Source: BOIDS, Eq. 2, differentiated by its inputs (not in the paper).
     """
     c, s = cos_sin(theta)
     of_speed = var_speed, dt * c, dt * s, 0.0

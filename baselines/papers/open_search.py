@@ -8,10 +8,11 @@ After the first sets, which fill the prior evenly, an emulator of all so far say
 is to lie within the tolerances (`fit_emulator`): later sets are drawn from the prior by that.
 
 Source: TR, Section 6 (published numbers); Wood2010 (emulated likelihood).
+
 Not in the paper:
 - a tolerance is twice the standard error of the difference between a mean of 30 episodes and ours,
   with what the printed number is rounded by;
-- four worlds of es1, one of es2, the same for all sets, under the engine `kinematic`; who is far
+- four worlds of es1, one of es2, the same for all sets, under the engine `kinematic`; a set far
   from es1 in the first of these, by one and a half tolerances, is not measured in the others.
 """
 
@@ -205,6 +206,7 @@ def fit_emulator(
     as well.
 
     Source: Wood2010 (likelihood from simulated summaries), HoerlKennard1970 (ridge regression).
+
     Not in the papers: the penalty, eight folds, and errors of the numbers that are normal and apart.
     """  # noqa: E501 as on the page
     x, fold = quadratic_terms(draws), np.arange(len(draws)) % FOLDS

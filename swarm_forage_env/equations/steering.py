@@ -32,7 +32,7 @@ def seek(x: float, y: float, vx: float, vy: float, speed: float) -> tuple[float,
 
     d = (x, y), v = (vx, vy), v_max = speed.
 
-    Source: BOIDS, authors' code; the paper has u(d) alone.
+    Source: BOIDS, authors' code (the paper has u(d) alone).
 
     >>> seek(3.0, 0.0, 0.0, 0.0, 0.5)
     (1.0, 0.0)

@@ -27,7 +27,7 @@ def knows_both_areas_share(
     A robot is on the path while it reports that it knows both areas, so that its forage layer
     drives it. `n_ticks` is the length of the episode so far, or of the whole one [ticks].
 
-    Source: TR, Sections 5.1 and 6.1.3; the definition is chosen, the TR gives none.
+    Source: TR, Sections 5.1 and 6.1.3 (the definition is chosen, the TR gives none).
     """
     counted = max(1, n_ticks - n_ticks // 2)
     return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)

@@ -1,6 +1,6 @@
 """Colours that colour-blind people can distinguish, each with one meaning.
 
-Source: Okabe and Ito, Color Universal Design (2008); white and black are from there, too.
+Source: Okabe and Ito, Color Universal Design (2008), white and black too.
 """
 
 from swarm_forage_env.scene import EXPLORING

@@ -30,7 +30,7 @@ def limited(speed: float, ahead: float, left: float, world: WorldState) -> tuple
 
     The turn rate is the angle times 1/s.
 
-    Source: BOIDS, authors' code; the paper says only that accelerations steer.
+    Source: BOIDS, authors' code (the paper says only that accelerations steer).
     """
     asked = speed + world.max_acceleration * ahead * world.dt
     turn = atan2(left, ahead) if ahead != 0.0 or left != 0.0 else 0.0
