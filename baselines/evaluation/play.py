@@ -94,7 +94,9 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     configurations = chosen.configurations()
     first = configurations[0]
     if not isinstance(first.scenario, Scenario):
-        raise ConfigError(f"scenario '{first.scenario.name}': a page runs worlds that forage alone")
+        raise ConfigError(
+            f"scenario '{first.scenario.name}': a page needs one in which robots forage, as es1"
+        )
     stage = stage_of(first.scenario, first.label)
     every = max(1, round(FRAME / stage.tick))
     changed = [dict(_changes(each)) for each in configurations]

@@ -182,7 +182,7 @@ AHEAD = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np
 @pytest.mark.parametrize(
     ("scenario", "controllers", "refusal"),
     [
-        ("waypoints-05", ["boids-adaptive"], "worlds that forage alone"),
+        ("waypoints-05", ["boids-adaptive"], "in which robots forage, as es1"),
         ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows 2"),
         ("es1", ["{motion},chance=true"], "Python calls a policy that is stochastic"),
         ("es1", ["{everything}"], "a page draws what robots believe"),
