@@ -22,7 +22,7 @@ class UnknownNameError(KeyError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str], note: str = "") -> None:
         """Compose the message: the unknown name, known names, and a note on names left out."""
-        names = sorted(known)
+        names = sorted(set(known))
         near = (
             nearest(name, names)
             or [path for path in names if get_close_matches(name, [path.rpartition(".")[2]])][:1]

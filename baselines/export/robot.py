@@ -95,7 +95,11 @@ class ExportedRobot:
     """Controller of one robot in a scenario: its records, its code and its test vectors."""
 
     def __init__(self, controller: LayeredController, scenario: Scenario) -> None:
-        """Build the layers; ConfigError if the controller cannot be exported."""
+        """Build the layers; ConfigError if the controller or the scenario cannot be exported."""
+        if not isinstance(scenario, Scenario):
+            raise ConfigError(
+                f"scenario {scenario.name!r}: must be one in which robots forage, as es1"
+            )
         self.name, self.scenario, self._controller = controller.name, scenario, controller
         self._pilot, layers = pilot_and_layers(controller, scenario)
         self.views = {} if self._pilot is None else VIEWS
