@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.dataset import schema
+from baselines.evaluation.dataset import read_table, schema
 from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
@@ -32,6 +32,13 @@ def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episod
     assert dataset.find(configuration, [3, 4]) == {3: episode}
     place = f"scenario=es1/controller=ssgikf/{configuration.key}-seed00000003.parquet"
     assert file == dataset.folder / place, "where readers of Hive partitions look"
+
+
+def test_a_file_is_read_without_threads_which_abort_a_process_that_ends_soon(file, monkeypatch):
+    read, asked = pq.read_table, []
+    monkeypatch.setattr(pq, "read_table", lambda *a, **options: asked.append(options) or read(*a))
+    read_table(file.read_bytes())
+    assert asked[0]["use_threads"] is False
 
 
 @pytest.fixture
