@@ -115,7 +115,8 @@ Episodes are added to a claim until the interval of its effect decides it, or th
 {LOOKS[-1]}; *undecided* at fewer means that the run was stopped there. A claim holds if the
 interval lies where it says, fails if the interval lies outside, and is *equivalent* if two sides,
 of which it says that one is above, differ by less than {MARGIN:.0%}. *Ours* is a mean, or the ratio
-of two over the same seeds, with Fieller's interval; of several it is the least.
+of two over the same seeds, with Fieller's interval, and the share of episodes in which something
+happened has the exact one of Clopper and Pearson; of several it is the least.
 *{LOOKS[0]} episodes show* is half of the 95 % interval that {LOOKS[0]} episodes a side give where
 seeds are not shared. The probability that a claim is decided wrongly is {ERROR:.0%} at most, by
 Bonferroni's bound over {len(LOOKS)} looks

@@ -45,14 +45,31 @@ class Decided:
 def resolution(effect: Effect, n: int) -> float:
     """Half of the 95 % interval of an effect in n episodes a side that are not paired.
 
-    A share of the effect, to first order; NaN where a mean is zero, or there is one episode only.
+    A share of the effect, to first order; NaN where a mean is zero, or no episode differs.
     """
     sides = np.array([effect.values, effect.base])
     means = sides.mean(axis=1)
-    if sides.shape[1] < 2 or not means.all():
+    if not (means.all() and np.ptp(sides, axis=1).any()):
         return math.nan
     of_both = math.hypot(*(sides.std(axis=1, ddof=1) / means))
     return float(stats.norm.ppf(0.975)) * of_both / math.sqrt(n)
+
+
+def interval_of(effect: Effect, level: float) -> tuple[float, float]:
+    """The interval of an effect at this level; infinite where all values are one number.
+
+    A share of episodes, as of those without recruitment, has the exact one: of values that are all
+    1, Student's would have no length.
+
+    Source: ClopperPearson1934.
+    """
+    if effect.is_mean and {*effect.values} <= {0.0, 1.0}:
+        count, n = int(sum(effect.values)), len(effect.values)
+        low, high = stats.binomtest(count, n).proportion_ci(level, method="exact")
+        return float(low), float(high)
+    if len({*effect.values, *effect.base}) == 1:
+        return -math.inf, math.inf
+    return fieller_interval(effect.values, effect.base, level)
 
 
 def decision_of(effect: Effect, low: float, high: float) -> Decision:
@@ -77,7 +94,7 @@ def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
     level = 1.0 - ERROR / (len(LOOKS) * len(effects))
     judged = []
     for effect in effects:
-        low, high = fieller_interval(effect.values, effect.base, level)
+        low, high = interval_of(effect, level)
         base = float(np.mean(effect.base))
         ours = float(np.mean(effect.values)) / base if base else math.nan
         numbers = ours, low, high, n, resolution(effect, LOOKS[0])

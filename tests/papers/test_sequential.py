@@ -111,6 +111,19 @@ def test_the_level_is_shared_by_looks_and_effects(episodes):
     assert found.resolved == pytest.approx(1.959964 * error)
 
 
+def test_values_that_are_all_one_number_decide_no_claim_but_of_a_share_by_the_exact_interval(
+    episodes,
+):
+    same = {each: episodes(each, [100] * 60) for each in (A, B)}
+    for claim in (NoDifference("", A, B), Order("", ((B, A),))):
+        assert decide(claim, same, 30).decision == "undecided"
+    late = share("", (A,), (1.0, 1.0), lambda _: 1.0)
+    for n, decision in ((30, "undecided"), (60, "holds")):
+        found = decide(late, {A: same[A][:n]}, n)
+        assert (found.decision, found.low) == (decision, pytest.approx(0.005 ** (1 / n)))
+    assert math.isnan(found.resolved)
+
+
 def test_episodes_are_added_to_open_claims_alone_until_all_are_decided(episodes):
     generator = np.random.default_rng(1)
     noise = generator.normal(0.0, 20.0, LOOKS[-1])
