@@ -1,5 +1,6 @@
 """Line plots in panels: means with bands over time, and means with intervals over a setting."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -7,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from scipy import stats
 
 from baselines.evaluation.figure_page import (
     LETTER,
@@ -21,14 +23,14 @@ from baselines.evaluation.figure_page import (
     style_in_use,
 )
 from baselines.evaluation.plot_style import INK, MARKERS, SeriesStyle, styles_of
-from baselines.evaluation.statistics import middle
+from baselines.evaluation.statistics import CONFIDENCE, FEW, middle
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 RESAMPLES = 1000  # bootstrap resamples of a band
 BANDS = "Means with 95 % bootstrap bands."  # what a caption says of them
-FEW = 6  # up to this many values of x are numbered one by one
+NUMBERED = 6  # up to this many values of x are numbered one by one
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -
         return
     letters = max(len(f"{place:g}") for place in places) + 1
     room = LETTER * style_in_use().points(TICK) * letters / (panel_width(axes) - 0.6)
-    if len(places) <= FEW and np.all(np.diff(places) > room * (places[-1] - left)):
+    if len(places) <= NUMBERED and np.all(np.diff(places) > room * (places[-1] - left)):
         axes.set_xticks(places)
     else:
         axes.xaxis.set_major_locator(MaxNLocator("auto", integer=not np.any(every_x % 1.0)))
@@ -152,11 +154,18 @@ def draw_band(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:
 
 
 def mean_curve(x: Float64[Array, " points"], y: Float64[Array, "episodes points"]) -> Means:
-    """The mean over episodes at each x, with its 95 % percentile bootstrap interval."""
-    n_episodes = len(y)
+    """The mean over episodes at each x, with its 95 % percentile bootstrap interval.
+
+    Of a few episodes it is Student's, and of one there is none.
+    """
+    n_episodes, mean = len(y), y.mean(axis=0)
+    if n_episodes < FEW:
+        error = y.std(axis=0, ddof=1) / math.sqrt(n_episodes) if n_episodes > 1 else math.nan
+        half = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, n_episodes - 1) * error
+        return Means(x, mean, mean - half, mean + half)
     draws = np.random.default_rng(0).integers(n_episodes, size=(RESAMPLES, n_episodes))
     weights = np.stack([np.bincount(draw, minlength=n_episodes) for draw in draws]) / n_episodes
-    return Means(x, y.mean(axis=0), *middle(weights @ y))
+    return Means(x, mean, *middle(weights @ y))
 
 
 def path_over_time(episodes: Sequence[ForagingEpisode]) -> Means:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from baselines.evaluation.line_plots import mean_curve
 from baselines.evaluation.statistics import (
     compare,
     iqm,
@@ -38,6 +39,15 @@ def test_the_interval_of_skewed_values_is_corrected_for_bias_and_acceleration():
     bca, percentile = of("BCa"), of("percentile")
     assert np.abs(bca - percentile).max() > 0.2
     assert mean_interval(values.tolist()).interval == pytest.approx(tuple(bca), rel=0.05)
+
+
+def test_the_interval_of_nine_values_is_student_s_as_is_the_band_of_a_curve():
+    values = np.random.default_rng(3).lognormal(0.0, 1.2, 9)
+    wanted = stats.t.interval(0.95, 8, values.mean(), stats.sem(values))
+    assert mean_interval(values.tolist()).interval == pytest.approx(wanted)
+    band = mean_curve(np.zeros(1), values[:, None])
+    assert (band.low[0], band.high[0]) == pytest.approx(wanted)
+    assert np.isnan(mean_curve(np.zeros(1), values[:1, None]).low)
 
 
 VALUES = np.random.default_rng(0).normal(0.0, 1.0, 20).tolist()

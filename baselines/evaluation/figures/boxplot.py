@@ -19,7 +19,7 @@ from baselines.evaluation.figures.base import (
     sample,
 )
 from baselines.evaluation.heat_maps import table_panels
-from baselines.evaluation.statistics import Estimate, mean_interval
+from baselines.evaluation.statistics import INTERVALS, Estimate, mean_interval
 from swarm_forage_env.errors import ConfigError
 
 
@@ -71,6 +71,6 @@ def draw_table(options: PlotOptions) -> Figure:
         mean = mean_interval(sample(group, options.shown_metric))
         rows.setdefault(group.label(LOCALISATION), {})[localisation] = mean
     axis = combined[0].kind.axis(options.shown_metric)
-    text = f"{axis.capitalize()}: mean over its 95 % bootstrap interval (BCa), darker is more."
+    text = f"{axis.capitalize()}: means over {INTERVALS}, darker is more."
     names = "localisation", "motion"
     return table_panels(tables, names, options.caption(text, combined))
