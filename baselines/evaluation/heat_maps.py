@@ -72,7 +72,7 @@ def table_panels(
 
 def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
     means = np.array([[cell.value if cell else np.nan for cell in row] for row in cells])
-    top = float(np.nanmax(means)) or 1.0
+    top = float(np.max(means[np.isfinite(means)], initial=0.0)) or 1.0
     centres = (np.arange(n) for n in means.shape[::-1])
     axes.pcolormesh(
         *centres, means, cmap=SHADES, vmin=0.0, vmax=1.25 * top, edgecolors="white", linewidth=2.0

@@ -85,6 +85,9 @@ def test_the_number_that_varies_is_found_and_others_are_level_lines(keep):
     levels = {line.get_label(): set(line.get_ydata()) for line in axes.lines}
     assert levels["nc"] == {4.5}
     assert levels["ssgikf"] == {31.5}
+    assert "n = 4 episodes each. Code" in caption(figure)
+    figure = draw("curve", str(keep({})), metric="recruitment_time_s")
+    assert "n = 4 episodes each, 0 of them with a value. Code" in caption(figure)
 
 
 @pytest.mark.parametrize(
@@ -162,6 +165,8 @@ def test_a_table_crosses_motion_with_localisation_and_names_what_it_leaves_out(k
         ("subsumption", "dead\nreckoning"): "11.5",
     }
     assert "left out, as they name no localisation: nc" in caplog.text
+    figure = draw("table", folder, metric="recruitment_time_s")
+    assert "n = 4 episodes each, 0 of them with a value" in caption(figure)
     with pytest.raises(ConfigError, match="subsumption:estimator=dead_reckoning"):
         draw("table", folder, controllers=("nc",))
 

@@ -137,17 +137,27 @@ def by_setup(groups: Sequence[EpisodeGroup]) -> dict[str, list[EpisodeGroup]]:
     return setups
 
 
-def counted(groups: Sequence[EpisodeGroup]) -> str:
-    """The note: number of episodes of each group; robots and length, where all have the same."""
+def counted(groups: Sequence[EpisodeGroup], metric: str = "") -> str:
+    """The note: number of episodes of each group; robots and length, where all have the same.
+
+    Where episodes lack the metric, as a time of recruitment, also how many of each group have it.
+    """
     if not groups:
         return ""
     robots = {group.episodes[0].n_robots for group in groups}
     lengths = {group.episodes[0].duration_s for group in groups}
     parts = [so_many(min(robots), "robot")] if len(robots) == 1 else []
     parts += [f"{min(lengths):g} s"] if len(lengths) == 1 else []
-    sizes = {len(group.episodes) for group in groups}
-    n = f"{min(sizes)}" if len(sizes) == 1 else f"{min(sizes)} to {max(sizes)}"
-    return ", ".join([*parts, f"n = {n} episodes each"])
+    sizes = [len(group.episodes) for group in groups]
+    parts.append(f"n = {_span(sizes)} episodes each")
+    having = [len(sample(group, metric)) for group in groups] if metric else sizes
+    parts += [] if having == sizes else [f"{_span(having)} of them with a value"]
+    return ", ".join(parts)
+
+
+def _span(counts: Sequence[int]) -> str:
+    low, high = min(counts), max(counts)
+    return f"{low}" if low == high else f"{low} to {high}"
 
 
 def codes(groups: Sequence[EpisodeGroup]) -> tuple[str, ...]:

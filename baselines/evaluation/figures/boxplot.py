@@ -73,4 +73,5 @@ def draw_table(options: PlotOptions) -> Figure:
     axis = combined[0].kind.axis(options.shown_metric)
     text = f"{axis.capitalize()}: means over {INTERVALS}, darker is more."
     names = "localisation", "motion"
-    return table_panels(tables, names, options.caption(text, combined))
+    note = counted(combined, options.shown_metric)
+    return table_panels(tables, names, options.caption(text, combined, note))
