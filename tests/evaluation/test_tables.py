@@ -55,6 +55,11 @@ def test_the_table_shows_means_with_intervals_and_the_comparison(episodes):
     assert ": 1 robot, " in printed(report([replace(episodes("nc", [5])[0], n_robots=1)]))
 
 
+def test_a_difference_about_zero_has_an_interval_that_is_not_rounded_to_zero(episodes):
+    text = printed(report(episodes("nc", [1, 2, 3, 2]) + episodes("ssgikf", [2, 1, 3, 2])))
+    assert "0.00 (-1.30 to 1.30)" in text
+
+
 @pytest.mark.parametrize("trips", [[0, 0, 0], [5, 5, 5], [5]])
 def test_equal_values_have_no_interval(episodes, trips):
     text = printed(report(episodes("nc", trips) + episodes("ssgikf", trips)))
