@@ -42,7 +42,7 @@ def test_the_number_of_workers_changes_nothing_and_results_are_in_the_order_aske
 def test_one_configuration_under_two_names_runs_once(configure, dataset):
     names = "ssgiff", "ssgiff:beta=0.01"
     plan = Plan([*map(configure, names)], range(2), dataset)
-    assert sum(plan.run(JoblibBackend())) == 2
+    assert (plan.n_episodes, sum(plan.run(JoblibBackend()))) == (2, 2)
     assert [each.controller for each in plan.results()] == [
         name for name in names for _ in range(2)
     ]
