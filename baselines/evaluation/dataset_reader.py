@@ -1,8 +1,10 @@
 """Reader of datasets: the episodes of each configuration, with all settings of their runs."""
 
 import json
+import logging
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -34,9 +36,11 @@ from baselines.evaluation.experiment_config import (
 )
 from baselines.evaluation.trajectories import ENDING
 from swarm_forage_env.episode import EpisodeKind
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.parameters import leaves, validated
 from swarm_forage_env.task import TASKS, Task, task_of_episode
+
+LOGGER = logging.getLogger("swarm-forage")
 
 
 @dataclass(frozen=True)
@@ -234,7 +238,7 @@ def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequ
     return f"{' '.join(asked)}: no such episodes in {', '.join(sources)}, which holds {held}"
 
 
-def _check_code(groups: Iterable[EpisodeGroup]) -> None:
+def _check_code(groups: Sequence[EpisodeGroup]) -> None:
     code_of: dict[tuple[str, ...], str] = {}
     for group in groups:
         key = group.scenario, group.controller, group.physics, group.overrides, group.parameters
@@ -244,6 +248,24 @@ def _check_code(groups: Iterable[EpisodeGroup]) -> None:
                 f" swarm-forage (code {min(code, group.code)}, {max(code, group.code)}); evaluate"
                 " into another folder"
             )
+    if len({group.code for group in groups}) > 1 and not _is_one_version(groups):
+        LOGGER.warning(
+            "some of these episodes were run by another version of swarm-forage than others; to"
+            " compare them, evaluate all again"
+        )
+
+
+def _is_one_version(groups: Iterable[EpisodeGroup]) -> bool:
+    """Whether groups that have one code in this version had one when they were run.
+
+    The code of two controllers may differ in any version, as that of a learned one does.
+    """
+    codes: dict[str, set[str]] = {}
+    for group in groups:
+        with suppress(ConfigError, UnknownNameError):
+            codes.setdefault(group.configuration().code, set()).add(group.code)
+    is_present = {now in then for now, then in codes.items()}
+    return len(is_present) < 2 and all(len(then) == 1 for then in codes.values())
 
 
 def _order(group: EpisodeGroup) -> tuple[object, ...]:

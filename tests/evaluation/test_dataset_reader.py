@@ -164,10 +164,14 @@ def test_settings_that_make_no_scenario_are_refused(kept):
         replace(group, settings=json.dumps(tree)).configuration()
 
 
-def test_episodes_of_two_versions_of_the_code_are_not_mixed(kept, configure, episode):
-    older = configure("nc")
-    older.__dict__["code"] = "0123456789abcdef"
-    kept.keep(older, [episode])
+def test_episodes_of_two_versions_of_the_code_are_not_mixed(kept, configure, episode, caplog):
+    assert read_groups([str(kept.folder)], controllers=["nc", "ssgiff"])
+    assert not caplog.text
+    for older in (configure("nc"), configure("ssgikf")):
+        older.__dict__["code"] = "0123456789abcdef"
+        kept.keep(older, [episode])
+    assert read_groups([str(kept.folder)], controllers=["ssgikf", "ssgiff"])
+    assert "run by another version of swarm-forage than others" in caplog.text
     with pytest.raises(ConfigError, match="several versions of swarm-forage"):
         read_groups([str(kept.folder)])
     assert read_groups([str(kept.folder)], controllers=["ssgiff"])
