@@ -93,5 +93,7 @@ axes.plot(by_minute)
 _ = axes.set(xlabel="minute", ylabel="share of robots on the path", ylim=(0, 1))
 
 # %% [markdown]
-# polars and DuckDB read the same folder:
-# `duckdb.sql("select controller, avg(round_trips) from 'runs/es1/**/*.parquet' group by all")`.
+# polars and DuckDB read the same folder. It may hold a controller with several parameters, changes
+# of the scenario (`overrides`), engines and versions of the code, which a mean must not mix:
+# `duckdb.sql("select controller, parameters, overrides, physics, code, avg(round_trips) from
+# 'runs/es1/**/*.parquet' group by all")`.
