@@ -263,11 +263,8 @@ def checked_text(kept: bytes) -> str:
 def read_table(content: bytes) -> pa.Table:
     """The table in a file's content, its checksums verified; DamagedFileError if it is none."""
     try:
-        table = pq.read_table(
-            pa.BufferReader(content),
-            page_checksum_verification=True,
-            use_threads=False,  # which abort a process that ends soon after
-        )
+        source = pa.BufferReader(content)  # threads abort a process that ends soon after
+        table = pq.read_table(source, page_checksum_verification=True, use_threads=False)
         table.validate(full=True)
     except (pa.ArrowException, OSError, ValueError):
         raise DamagedFileError("not a readable Parquet file") from None

@@ -1,7 +1,6 @@
 """Reader of datasets: the episodes of each configuration, with all settings of their runs."""
 
 import json
-import logging
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -16,6 +15,7 @@ import pyarrow as pa
 from baselines.evaluation.dataset import (
     ASKED,
     IN_FOLDERS,
+    LOGGER,
     TASK,
     DamagedFileError,
     Row,
@@ -39,8 +39,6 @@ from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.parameters import leaves, validated
 from swarm_forage_env.task import TASKS, Task, task_of_episode
-
-LOGGER = logging.getLogger("swarm-forage")
 
 
 @dataclass(frozen=True)
@@ -249,17 +247,12 @@ def _check_code(groups: Sequence[EpisodeGroup]) -> None:
                 " into another folder"
             )
     if len({group.code for group in groups}) > 1 and not _is_one_version(groups):
-        LOGGER.warning(
-            "some of these episodes were run by another version of swarm-forage than others; to"
-            " compare them, evaluate all again"
-        )
+        words = "were run by another version of swarm-forage than others; to compare them,"
+        LOGGER.warning("some of these episodes %s evaluate all again", words)
 
 
 def _is_one_version(groups: Iterable[EpisodeGroup]) -> bool:
-    """Whether groups that have one code in this version had one when they were run.
-
-    The code of two controllers may differ in any version, as that of a learned one does.
-    """
+    """Whether groups of one code in this version had one before; that of a learned one differs."""
     codes: dict[str, set[str]] = {}
     for group in groups:
         with suppress(ConfigError, UnknownNameError):

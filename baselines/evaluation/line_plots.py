@@ -154,10 +154,7 @@ def draw_band(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:
 
 
 def mean_curve(x: Float64[Array, " points"], y: Float64[Array, "episodes points"]) -> Means:
-    """The mean over episodes at each x, with its 95 % percentile bootstrap interval.
-
-    Of a few episodes it is Student's, and of one there is none.
-    """
+    """The mean over episodes at each x in its 95 % percentile bootstrap band; of few, Student's."""
     n_episodes, mean = len(y), y.mean(axis=0)
     if n_episodes < FEW:
         error = y.std(axis=0, ddof=1) / math.sqrt(n_episodes) if n_episodes > 1 else math.nan

@@ -67,16 +67,6 @@ class Plan:
                 self.todo[key] = missing
 
     @property
-    def unique(self) -> list[ExperimentConfig]:
-        """The configurations, of two names for one the last."""
-        return [*self._named.values()]
-
-    @property
-    def n_episodes(self) -> int:
-        """Number of episodes, of all configurations."""
-        return len(self._named) * len(self.seeds)
-
-    @property
     def n_todo(self) -> int:
         """Number of episodes still to run."""
         return sum(map(len, self.todo.values()))
@@ -195,10 +185,9 @@ NAMED = 20  # maximum number of files in a message
 def run_with_progress(plan: Plan, backend: Backend) -> None:
     """Run the missing episodes; print a line before and after, a bar if stderr is a terminal."""
     begin, n_todo = time.monotonic(), plan.n_todo
+    total = len({each.key for each in plan.configurations}) * len(plan.seeds)
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
-    found_so_far = (
-        f"{plan.n_episodes - n_todo} of {plan.n_episodes} episodes found in {plan.dataset.name}"
-    )
+    found_so_far = f"{total - n_todo} of {total} episodes found in {plan.dataset.name}"
     say(f"{scenarios}: {found_so_far}, {n_todo} to run")
     with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=n_todo)
@@ -209,13 +198,16 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
 
 def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
+    total = len(plan.configurations) * len(plan.seeds)
     for dataset in filter(None, (plan.dataset, plan.trajectories)):
-        missing = [file for each in plan.unique for file in dataset.missing(each, plan.seeds)]
+        missing = [
+            file for each in plan.configurations for file in dataset.missing(each, plan.seeds)
+        ]
         if missing:
             names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
             more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
             raise OSError(
-                f"{dataset.name}: {len(missing)} of {plan.n_episodes} episodes are not there any"
-                f" more: {names}{more}; the results above count them, and the same command runs"
-                " them again where it needs them"
+                f"{dataset.name}: {len(missing)} of {total} episodes are not there any more:"
+                f" {names}{more}; the results above count them, and the same command runs them"
+                " again where it needs them"
             )

@@ -217,11 +217,8 @@ def _in_line(estimate: Estimate | None) -> Text:
 
 
 def _formatted(estimate: Estimate, between: str) -> tuple[str, str]:
-    """A value with three digits, or 0.01 with two, and its interval with as many decimals.
-
-    A value below a tenth of an end of its interval has the decimals of that tenth.
-    """
-    size = max(abs(estimate.value), *(0.1 * abs(end) for end in estimate.ends))
+    """A value with three digits, or 0.01 with two, and its interval with as many decimals."""
+    size = max(abs(estimate.value), *(0.1 * abs(end) for end in estimate.ends))  # 0.00, not 0
     whole = math.floor(math.log10(size)) + 1 if size else 3
     decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
     value, *ends = (f"{x:z.{decimals}f}" for x in (estimate.value, *(estimate.interval or ())))

@@ -58,8 +58,7 @@ def resolution(effect: Effect, n: int) -> float:
 def interval_of(effect: Effect, level: float) -> tuple[float, float]:
     """The interval of an effect at this level; infinite where all values are one number.
 
-    A share of episodes, as of those without recruitment, has the exact one: of values that are all
-    1, Student's would have no length.
+    A share of episodes has the exact one: Student's of 30 of 30 would have no length.
 
     Source: ClopperPearson1934.
     """

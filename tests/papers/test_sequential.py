@@ -26,12 +26,6 @@ from baselines.papers.sequential import LOOKS, decide, decide_all, decision_of
 A, B = Experiment("es1", "nc"), Experiment("es1", "ssgikf")
 
 
-def test_the_interval_of_a_mean_is_student_s():
-    values = [3.0, 5.0, 4.0, 8.0]
-    wanted = stats.t.interval(0.99, 3, np.mean(values), stats.sem(values))
-    assert fieller_interval(values, [1.0] * 4, 0.99) == pytest.approx(wanted)
-
-
 def test_at_the_ends_of_a_ratio_s_interval_the_t_test_of_its_pairs_is_at_its_level():
     x, b = np.array([3.0, 5.0, 4.0, 8.0, 6.0]), np.array([2.0, 3.0, 2.5, 4.0, 5.0])
     low, high = fieller_interval(x, b, 0.9)

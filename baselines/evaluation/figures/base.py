@@ -83,9 +83,11 @@ class PlotOptions:
             raise UnknownNameError("metric", metric, kind.columns)
         return metric
 
-    def caption(self, text: str, groups: Sequence[EpisodeGroup] = (), note: str = "") -> Caption:
+    def caption(
+        self, text: str, groups: Sequence[EpisodeGroup] = (), note: str = "", metric: str = ""
+    ) -> Caption:
         """Return the caption; without `note`, it counts the episodes and robots of the groups."""
-        return Caption(text, note or counted(groups), self.command, codes(groups))
+        return Caption(text, note or counted(groups, metric), self.command, codes(groups))
 
 
 Draw = Callable[[PlotOptions], Figure]
@@ -138,10 +140,8 @@ def by_setup(groups: Sequence[EpisodeGroup]) -> dict[str, list[EpisodeGroup]]:
 
 
 def counted(groups: Sequence[EpisodeGroup], metric: str = "") -> str:
-    """The note: number of episodes of each group; robots and length, where all have the same.
-
-    Where episodes lack the metric, as a time of recruitment, also how many of each group have it.
-    """
+    """The note: number of episodes of each group, and of those with the metric where some lack it;
+    robots and length, where all have the same."""
     if not groups:
         return ""
     robots = {group.episodes[0].n_robots for group in groups}

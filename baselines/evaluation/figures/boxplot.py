@@ -73,5 +73,5 @@ def draw_table(options: PlotOptions) -> Figure:
     axis = combined[0].kind.axis(options.shown_metric)
     text = f"{axis.capitalize()}: means over {INTERVALS}, darker is more."
     names = "localisation", "motion"
-    note = counted(combined, options.shown_metric)
-    return table_panels(tables, names, options.caption(text, combined, note))
+    caption = options.caption(text, combined, metric=options.shown_metric)
+    return table_panels(tables, names, caption)

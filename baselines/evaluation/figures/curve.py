@@ -9,14 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup
-from baselines.evaluation.figures.base import (
-    SELECTION,
-    PlotOptions,
-    by_setup,
-    counted,
-    figure,
-    sample,
-)
+from baselines.evaluation.figures.base import SELECTION, PlotOptions, by_setup, figure, sample
 from baselines.evaluation.line_plots import (
     BANDS,
     Means,
@@ -56,8 +49,8 @@ def draw_curve(options: PlotOptions) -> Figure:
     head = having[0]
     axes = _axis(x, head), head.kind.axis(options.shown_metric)
     text = f"Means with {INTERVALS}."
-    note = counted(options.groups, options.shown_metric)
-    return mean_panels(panels, axes, options.caption(text, options.groups, note))
+    caption = options.caption(text, options.groups, metric=options.shown_metric)
+    return mean_panels(panels, axes, caption)
 
 
 def _panels(
