@@ -15,12 +15,12 @@ from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.record import Numbers
 
 NEST_BELOW, PREY_BELOW = 0.2, 0.68
-"""A ground sensor under these sees the nest, the prey area: between black, grey and white."""
+"""Thresholds of a ground sensor: below the first it reads nest, below the second prey area."""
 
 
 @kernel
 def dead_reckon(belief: Belief, odometry: Float32[Array, "2"], axle: float) -> None:
-    """Move the believed pose by the odometry, and increase p by the path.
+    """Advance the believed pose by the odometry, and increase p by the path length.
 
         p = p + dd
 
@@ -37,7 +37,7 @@ def dead_reckon(belief: Belief, odometry: Float32[Array, "2"], axle: float) -> N
 
 @kernel
 def area_under(ground: Float32[Array, "3"]) -> int:
-    """The area that two of the three ground sensors see: NEST, PREY or NOWHERE."""
+    """Return the area that at least two of the three ground sensors read: NEST, PREY or NOWHERE."""
     nest = prey = 0
     for sensor in range(3):
         if ground[sensor] < NEST_BELOW:
@@ -51,9 +51,9 @@ def area_under(ground: Float32[Array, "3"]) -> int:
 
 @kernel
 def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) -> None:
-    """Remember an area on entering it, and set p = 0 while standing on it.
+    """Store the location of an area on entering it, and keep its p at 0 while the robot is on it.
 
-    The stored point lies `to_centre` [m] ahead: the centre, if the robot heads for it.
+    The stored point is `to_centre` [m] ahead: the centre, if the robot heads for it.
     """
     area = area_under(ground)
     if area != NOWHERE:
@@ -71,17 +71,17 @@ def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) ->
 
 @kernel
 def way_to(belief: Belief, area: int) -> tuple[float, float]:
-    """The displacement from the robot to the believed place of an area, own frame [m]."""
+    """Return the displacement from the robot to the believed location of an area, own frame [m]."""
     place, pose = belief.location[area], belief.pose
     return place[0] - pose[0], place[1] - pose[1]
 
 
 @kernel
 def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers) -> None:
-    """Forget both areas at the place where the goal should be and is not.
+    """Forget both areas if the goal is not found at its believed location.
 
-    Within `lost_within` of the believed centre, the robot searches straight on for `overshoot` of
-    path. A lost robot ignores messages for a while, which would bring the wrong estimate back.
+    Within `lost_within` of the believed centre, the robot searches straight ahead for a path of
+    `overshoot`. A lost robot ignores messages for a while: they may repeat the wrong estimate.
 
     Source: TR, Section 5.1 (reset of both locations).
     """
@@ -108,7 +108,7 @@ def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers)
 
 @kernel
 def nearer_known(belief: Belief) -> int:
-    """The nearer of the known areas, NOWHERE if none is known."""
+    """Return the nearer of the known areas, or NOWHERE if none is known."""
     best, nearest = NOWHERE, math.inf
     for area in range(2):
         if belief.known[area]:
@@ -120,7 +120,7 @@ def nearer_known(belief: Belief) -> int:
 
 @kernel
 def choose_goal(belief: Belief) -> None:
-    """Choose the area other than the last one or, after a loss, the nearer one known; or none."""
+    """Set the goal: the area not visited last or, after a loss, the nearer one; only if known."""
     before = belief.goal
     if belief.came_from != NOWHERE:
         other = 1 - belief.came_from
@@ -133,7 +133,7 @@ def choose_goal(belief: Belief) -> None:
 
 @kernel
 def update_belief(mind: SocialMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
-    """Move the estimates by odometry, find areas, get lost, and choose where to go."""
+    """Advance the belief by odometry, store areas found, detect a loss, and choose the goal."""
     dead_reckon(mind.belief, readings.odometry, numbers.axle)
     find_areas(mind.belief, readings.ground, numbers.to_centre)
     notice_loss(mind.belief, readings.odometry, numbers)

@@ -1,7 +1,7 @@
-"""The registry of estimators; what one consists of is in `swarm_forage_env.interface`."""
+"""Registry of estimators; `swarm_forage_env.interface` defines the parts of an estimator."""
 
 from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.registry import Registry
 
 ESTIMATORS: Registry[type[Parameters]] = Registry("estimator")
-"""Parameters by name; the method `layer(scenario)` of each returns an `EstimatorLayer`."""
+"""Parameter classes by name; the method `layer(scenario)` returns an `EstimatorLayer`."""

@@ -1,4 +1,4 @@
-"""Records of social odometry: what a robot believes, what it tells, and what it is being told."""
+"""Records of social odometry: the belief of a robot, its message, and its present exchange."""
 
 import numpy as np
 
@@ -6,87 +6,86 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32
 from swarm_forage_env.foraging.records import Exchange, Situation
 from swarm_forage_env.record import Record, field
 
-MEMORY = 8  # recent partners a robot remembers; the oldest is forgotten first
+MEMORY = 8  # recent partners that a robot remembers; the oldest is overwritten first
 
 NOBODY = -1
 NOWHERE = -1
 
 
 class Message(Record):
-    """What a robot tells of each area. Writer: `compose`."""
+    """Message of a robot: its estimate of each area. Writer: `compose`."""
 
     told: Int8[Array, " areas"] = field(np.int8, 2)
-    """The message tells where the area is."""
+    """Whether the message contains an estimate of the area."""
     distance: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
-    """From the sender to the area."""
+    """Distance from the sender to the area."""
     direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
-    """Of the area in the body frame of the sender."""
+    """Direction of the area in the body frame of the sender."""
     p: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
-    """The sender's inverse confidence."""
+    """p of the sender: the inverse of its confidence."""
 
 
 class Belief(Record):
-    """What a robot believes, in its own frame: it starts at the origin, looking along x."""
+    """Belief of a robot, in its own frame: the robot starts at the origin, heading along x."""
 
     pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """Dead-reckoned x, y [m] and heading [rad]."""
     location: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
     """Believed centre of each area."""
     p: Float64[Array, " areas"] = field(np.float64, 2, unit="m")
-    """Path travelled since each area: the inverse of the confidence."""
+    """Path length since each area: the inverse of the confidence."""
     known: Int8[Array, " areas"] = field(np.int8, 2)
-    """The robot believes it knows where the area is."""
+    """Whether the robot has an estimate of the area."""
     visited: Int8[Array, " areas"] = field(np.int8, 2)
-    """The robot stood on the area itself since it was last lost."""
+    """Whether the robot itself has been on the area since it was last lost."""
     on_area: int = field(np.int8, start=NOWHERE)
-    """The area under the robot, NOWHERE on the floor."""
+    """Area under the robot; NOWHERE between the areas."""
     came_from: int = field(np.int8, start=NOWHERE)
-    """The area visited last, NOWHERE after getting lost."""
+    """Area visited last; NOWHERE after a loss."""
     goal: int = field(np.int8, start=NOWHERE)
-    """The area to go to, NOWHERE to wander."""
+    """Area to drive to; NOWHERE for a random walk."""
     search_path_left: float = field(np.float64, unit="m", start=-1.0)
-    """At the place where the area should be: path left to look for it straight on; -1 while
-    still on the way."""
+    """Path left of the straight search at the goal's believed location; -1 before the search."""
     ignore_ticks: int = field(np.int32, unit="ticks")
-    """Ticks for which messages are still ignored, after getting lost or after an exchange."""
+    """Ticks for which the robot still ignores messages, after a loss or an exchange."""
     is_lost: bool = field(np.bool_)
-    """The robot found itself lost in this tick."""
+    """Whether the robot got lost in this tick."""
     partner: int = field(np.int32, start=NOBODY)
-    """The robot in an exchange with, NOBODY when alone."""
+    """Partner of the present exchange; NOBODY without an exchange."""
     last_partner: int = field(np.int32, start=NOBODY)
-    """The robot that the present exchange is with, or the last one was."""
+    """Partner of the present exchange or, without one, of the last exchange."""
     exchange_ticks_left: int = field(np.int32, unit="ticks")
     """Ticks until the exchange ends."""
     heard_sum: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
-    """Sum over the exchange of the heard locations, own frame, weighted by frames."""
+    """Sum of the heard locations over the exchange, own frame, weighted by frames."""
     heard_weight: Float64[Array, " areas"] = field(np.float64, 2, unit="frames")
-    """Frames that told of each area in this exchange."""
+    """Frames with an estimate of each area in this exchange."""
     heard_p: Float64[Array, " areas"] = field(np.float64, 2, unit="m")
-    """The partner's p of each area as told last."""
+    """Last heard p of each area, plus `message_path`."""
     range_sum: float = field(np.float64, unit="m")
-    """Sum over the exchange of the measured range, weighted by frames."""
+    """Sum of the measured range over the exchange, weighted by frames."""
     n_averaged: float = field(np.float64, unit="frames")
     """Frames heard in this exchange."""
     met: Int32[Array, " memory"] = field(np.int32, MEMORY, start=NOBODY)
-    """Partners of the last exchanges, NOBODY where there was none."""
+    """Partners of the last exchanges; NOBODY in unused entries."""
     met_ticks_left: Int32[Array, " memory"] = field(np.int32, MEMORY, unit="ticks")
-    """Ticks for which each of them is still not talked to again."""
+    """Ticks until an exchange with each of these partners may start again."""
 
 
 class SocialMind(Record):
-    """All that social odometry keeps of a robot."""
+    """State of a robot under social odometry."""
 
     belief: Belief = field(Belief)
     message: Message = field(Message)
     is_heard: bool = field(np.bool_)
-    """Somebody listens to its message, which is to be composed. Writer: observe."""
+    """Whether a robot listens, so that the message must be composed. Writer: observe."""
     is_composed: bool = field(np.bool_)
-    """The message is that of this tick: it is composed only when somebody listens."""
+    """Whether the message is of this tick; it is composed only if a robot listens."""
     kept: Message = field(Message)
-    """Of a stale robot: the message that it repeats. Writer: `repeat`."""
+    """Message that a stale robot repeats. Writer: `repeat`."""
     kept_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
-    """The believed pose in which it was told first."""
+    """Believed pose at which the kept message was composed."""
     is_kept: bool = field(np.bool_)
-    """There is one."""
+    """Whether `kept` holds a message."""
     exchange: Exchange = field(Exchange)
     situation: Situation = field(Situation)

@@ -1,20 +1,20 @@
 """Covariance knowledge: social odometry that exchanges and merges whole error ellipses.
 
 Gutierrez et al. 2008 (ANTS), Section 5; Gutierrez et al. 2009 (TR), Eqs. 9-11 and 22-24. A message
-tells the standard deviation along the long axis of the error ellipse as p, and beside it that along
-the short axis, and where the long axis points.
+contains the standard deviation along the long axis of the error ellipse as p, that along the short
+axis, and the direction of the long axis.
 
 Not in the paper, and chosen here:
-- matrices are those of the position, 2 x 2. An exchange corrects the position only: the variance
-  of the heading is unchanged and still feeds the growth of the position's covariance;
-- the matrix is sent as an error ellipse, turned from frame to frame by the measured bearings
-  as the area's direction is, and averaged over the exchange like the location;
-- a robot that copies an estimate copies its matrix, and its heading counts as exact from there on;
-- where two matrices have no joint inverse their norms are compared;
-- the error of the measured beam enters nowhere, as in the paper;
+- matrices are 2 x 2, of the position. An exchange corrects the position only: the variance of the
+  heading is unchanged and still feeds the growth of the position's covariance;
+- the matrix is sent as an error ellipse, rotated between frames by the measured bearings like the
+  direction of the area, and averaged over the exchange like the location;
+- a robot that copies an estimate copies its matrix, and its heading then counts as exact;
+- where the sum of two matrices has no inverse, their norms are compared;
+- the error of the measured beam is ignored, as in the paper;
 - the error constants match the encoders of the scenario at the cruise speed;
 - one area is exchanged, as in SSGIKF, unless `double`;
-- all that `social_odometry` chose.
+- all choices of `social_odometry`.
 """
 
 import math
@@ -58,24 +58,23 @@ Gain = tuple[float, float, float, float]  # a 2 x 2 gain matrix: xx, xy, yx, yy
 
 
 class EllipseMessage(Message):
-    """A message with the error ellipse of each area. Writer: `compose`."""
+    """Message with the error ellipse of each area. Writer: `compose`."""
 
     short_axis: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
-    """Standard deviation along the short axis; along the long axis it is p."""
+    """Standard deviation along the short axis; that along the long axis is `p`."""
     long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
-    """Of the long axis in the body frame of the sender."""
+    """Direction of the long axis in the body frame of the sender."""
 
 
 class EllipseBelief(CovarianceBelief):
-    """What a robot believes, and the error ellipses that it hears."""
+    """Belief with the error ellipses heard in an exchange."""
 
     heard_cov: Float64[Array, "areas 3"] = field(np.float64, 2, 3, unit="m^2")
-    """Sum over the exchange of the heard covariances (xx, xy, yy), own frame, weighted by
-    frames."""
+    """Sum of the heard covariances (xx, xy, yy) in the exchange, own frame, weighted by frames."""
 
 
 class EllipseMind(CovarianceMind):
-    """All that a filter that exchanges covariances keeps of a robot."""
+    """State of a robot with a filter that exchanges covariances."""
 
     belief: EllipseBelief = field(EllipseBelief)
     message: EllipseMessage = field(EllipseMessage)
@@ -84,9 +83,9 @@ class EllipseMind(CovarianceMind):
 
 @kernel
 def to_ellipse(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
-    """Standard deviations along the long and the short axis [m], direction of the long [rad].
+    """Return the long and the short axis [m] and the direction of the long axis [rad].
 
-    The matrix is a covariance of positions [m^2].
+    The axes are standard deviations; the matrix is the covariance of a position [m^2].
     """
     long = spectral_norm(xx, xy, yy)
     short = max(xx + yy - long, 0.0)
@@ -95,7 +94,7 @@ def to_ellipse(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
 
 @kernel
 def to_matrix(long: float, short: float, direction: float) -> Matrix:
-    """The covariance (xx, xy, yy) [m^2] of the ellipse of these axes [m] and direction [rad]."""
+    """Return the covariance (xx, xy, yy) [m^2] of an ellipse: axes [m], direction [rad]."""
     c, s = cos_sin(direction)
     u, v = long * long, short * short
     return u * c * c + v * s * s, (u - v) * c * s, u * s * s + v * c * c
@@ -103,7 +102,7 @@ def to_matrix(long: float, short: float, direction: float) -> Matrix:
 
 @kernel
 def heard_direction(gamma_i: float, gamma_j: float, psi_j: float) -> float:
-    """A direction psi_j of the sender's body frame in the receiver's body frame [rad].
+    """Return a direction psi_j of the sender's body frame in the receiver's body frame [rad].
 
         psi_i = gamma_i + (psi_j - gamma_j) - pi
 
@@ -116,7 +115,7 @@ def heard_direction(gamma_i: float, gamma_j: float, psi_j: float) -> float:
 
 @kernel
 def compose(mind: EllipseMind, numbers: Numbers) -> None:
-    """Write the message: the places, and the error ellipse of each."""
+    """Write the message: the location and the error ellipse of each area."""
     compose_places(mind, numbers)
     belief, message = mind.belief, mind.message
     for area in range(2):
@@ -145,7 +144,7 @@ def accumulate_ellipse(
 
 @kernel
 def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, continue or end the exchange of robot i, ellipses included; whether it ended."""
+    """Start, continue or end the exchange of robot i, with ellipses; return whether it ended."""
     belief = minds[i].belief
     was_alone = belief.partner == NOBODY
     has_ended = update_exchange(minds, i, heard, numbers)
@@ -163,18 +162,18 @@ def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
 
 @kernel
 def heard_covariance(belief: EllipseBelief, area: int) -> Matrix:
-    """The mean of the covariances of an area that were heard in the exchange."""
+    """Return the mean of the covariances of an area heard in the exchange."""
     cov, weight = belief.heard_cov[area], belief.heard_weight[area]
     return cov[0] / weight, cov[1] / weight, cov[2] / weight
 
 
 @kernel
 def gain_matrix(A: Matrix, B: Matrix) -> Gain:
-    """The gain matrix for an own covariance A and a heard one B.
+    """Return the gain matrix for an own covariance A and a heard one B.
 
         K = A (A + B)^-1
 
-    Where A + B has no inverse, the ratio of the norms replaces it; 1/2 where both are 0.
+    Where A + B is singular, the ratio of the norms replaces it; 1/2 where both are 0.
 
     Source: TR, Eq. 22.
     """
@@ -193,12 +192,12 @@ def gain_matrix(A: Matrix, B: Matrix) -> Gain:
 
 @kernel
 def blend(K: Gain, P: Moments, R: Matrix) -> None:
-    """The moments P after a correction by the gain K of a heard covariance R, in place.
+    """Correct the moments P with the gain K for a heard covariance R, in place.
 
         P = L P L' + K R K',  L = I - K of the position, 1 of the heading
 
-    For the gain of Eq. 22 the position's block is (I - K) P: K_j P_i. The heading is not
-    corrected, so its variance stays.
+    For the gain of Eq. 22, the block of the position is (I - K) P = K_j P_i. The heading is not
+    corrected, so its variance is unchanged.
 
     Source: TR, Eq. 24.
     """
@@ -217,7 +216,7 @@ def blend(K: Gain, P: Moments, R: Matrix) -> None:
 
 @kernel
 def move_location(belief: EllipseBelief, area: int, K: Gain) -> None:
-    """Correct the location of an area by the gain K of the way to the heard one, in place.
+    """Move the location of an area towards the heard one with the gain K, in place.
 
         x_i = x_i + K (X_j - x_i)
 
@@ -231,7 +230,7 @@ def move_location(belief: EllipseBelief, area: int, K: Gain) -> None:
 
 @kernel
 def copy_ellipse(belief: EllipseBelief, area: int, R: Matrix) -> None:
-    """Copy what was heard of an unknown area, with its covariance R. Source: TR, Eq. 14."""
+    """Copy the heard location of an unknown area and its covariance R. Source: TR, Eq. 14."""
     belief.known[area] = True
     belief.location[area, 0], belief.location[area, 1] = heard_place(belief, area)
     P = belief.moments[area]
@@ -241,10 +240,10 @@ def copy_ellipse(belief: EllipseBelief, area: int, R: Matrix) -> None:
 
 @kernel
 def blend_ellipse(belief: EllipseBelief, area: int, R: Matrix, w: float, intersects: bool) -> None:
-    """Blend both estimates of an area; the gain weighs the own covariance by w, R by 1 - w.
+    """Blend both estimates of an area; the gain weights the own covariance by w, R by 1 - w.
 
-    `intersects`: covariance intersection with the weight w, for errors of unknown correlation. It
-    has the same gain, with P / (1 - w) for P and R / w for R.
+    With `intersects`, the update is a covariance intersection of weight w, for errors of unknown
+    correlation: the same gain, with P / (1 - w) for P and R / w for R.
 
     Source: TR, Eq. 22 to 24; BOIDS, Eq. 5.
     """
@@ -260,7 +259,7 @@ def blend_ellipse(belief: EllipseBelief, area: int, R: Matrix, w: float, interse
 
 @kernel
 def merge(mind: EllipseMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Copy what was heard of unknown areas; blend what both know, with the gain matrix for g."""
+    """Copy heard estimates of unknown areas; blend those of known ones, with the gain for g."""
     belief = mind.belief
     for area in range(2):
         if is_merged(belief, area, numbers):
@@ -275,7 +274,7 @@ def merge(mind: EllipseMind, shared: Array, heard_p_share: float, numbers: Numbe
 
 @kernel
 def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
-    """Replace places, p and ellipses of a robot's message by those of a lie."""
+    """Replace the locations, p and ellipses of a robot's message by those of a lie."""
     falsify(mind, lie)
     for area in range(2):
         if mind.message.told[area]:
@@ -284,7 +283,7 @@ def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
 
 @kernel
 def repeat_ellipse(mind: EllipseMind) -> None:
-    """Replace the message by the kept one, ellipses included, or keep it if it is the first."""
+    """Replace the message by the kept one, ellipses included; without one, keep the message."""
     if repeat(mind):
         turned = mind.kept_pose[2] - mind.belief.pose[2]
         for area in range(2):
@@ -294,7 +293,7 @@ def repeat_ellipse(mind: EllipseMind) -> None:
 
 @ESTIMATORS.register("covariance")
 class CovarianceParameters(CovarianceFilterParameters):
-    """Social odometry whose robots exchange error ellipses."""
+    """Social odometry in which robots exchange error ellipses."""
 
     mind = EllipseMind
     kernels: ClassVar[Mapping[str, Kernel]] = {
@@ -308,5 +307,5 @@ class CovarianceParameters(CovarianceFilterParameters):
     own_rule = Covariance()
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
-        """The parameters as kernels read them; estimates are fused as if independent."""
+        """Return the parameters of the kernels; estimates are fused as if independent."""
         return {**super().numbers(scenario), "intersects": 0.0}

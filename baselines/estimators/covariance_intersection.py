@@ -35,38 +35,37 @@ from swarm_forage_env.record import Numbers, Record, field
 
 
 class Told(Record):
-    """One of the estimates of a pose that are fused: the robot's own, or a neighbour's."""
+    """Estimate of a pose that enters a fusion: the robot's own, or a neighbour's."""
 
     pose: Pose = field(np.float64, 3, unit="m, m, rad")
     P: Matrix3 = field(np.float64, 3, 3)
-    """Its covariance."""
+    """Covariance of the pose."""
     inverse: Matrix3 = field(np.float64, 3, 3)
-    """The inverse of its covariance."""
+    """Inverse of the covariance."""
     weight: float = field(np.float64)
-    """Its share of the fusion."""
+    """Weight in the fusion."""
 
 
 class IntersectionMind(PoseMind):
-    """All that covariance intersection keeps of a robot."""
+    """State of a robot under covariance intersection."""
 
     told: Told = field(Told)
-    """An entry in the list of estimates that are fused for one robot after another; the list is as
-    long as the swarm."""
+    """Working space: an entry of the list of estimates to fuse, which has an entry per robot."""
     total: Matrix3 = field(np.float64, 3, 3)
-    """Working space: a sum over that list."""
+    """Working space: a sum over the list."""
     rest: Matrix3 = field(np.float64, 3, 3)
-    """Working space: that sum without one of its terms."""
+    """Working space: the sum without one of its terms."""
 
 
 @kernel
 def weigh_told(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
-    """The weights of covariance intersection, in closed form; they sum to one.
+    """Write the weights of the first n estimates of the list, in closed form; they sum to one.
 
         I_q = (P^q)^-1,   S = sum_q I_q
         w_j = (det S - det(S - I_j) + det I_j)
               / (L det S + sum_q [det I_q - det(S - I_q)])
 
-    Of the first n estimates of the list. The paper prints P for its inverse.
+    The paper prints P instead of its inverse.
 
     Source: BOIDS, Eq. 4; Fraenken2005, Eq. 16.
     """
@@ -89,7 +88,7 @@ def weigh_told(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
 
 @kernel
 def place_of_neighbour(x: float, y: float, far: float, direction: float) -> tuple[float, float]:
-    """Where a robot at (x, y) sees another, `far` [m] away in a global direction [rad].
+    """Return the position of a robot at range `far` [m] and global direction [rad] from (x, y).
 
     Source: BOIDS, Eq. 3.
     """
@@ -101,14 +100,14 @@ def place_of_neighbour(x: float, y: float, far: float, direction: float) -> tupl
 def add_sight_noise(
     far: float, direction: float, var_range: float, var_bearing: float, P: Matrix3
 ) -> None:
-    """The covariance of robot j's estimate of the pose of a robot that it sees, in place.
+    """Turn the covariance P of robot j into that of its estimate of a robot it sees, in place.
 
         P = T P T' + W diag(s_r^2, s_b^2, s_b^2) W'
         T = [1 0 -r sin(d); 0 1 r cos(d); 0 0 1]
         W = [cos(d) -r sin(d) 0; sin(d) r cos(d) 0; 0 1 -1]
 
-    r is the range and d the global direction; the heading is handed on by the bearings at which
-    the two see each other. Before, P is that of robot j.
+    r is the range and d the global direction. The heading follows from the bearings at which the
+    two robots see each other.
 
     Source: BOIDS, Eq. 3 (its errors, propagated).
     """
@@ -127,11 +126,11 @@ def add_sight_noise(
 
 @kernel
 def hear_pose(minds: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told) -> None:
-    """Robot j's estimate of the pose of robot i, which it sees, and its covariance.
+    """Write robot j's estimate of the pose of robot i, which it sees, and its covariance.
 
     Heading: theta_i = theta_j + b_ji + pi - b_ij, by the bearings at which they see each other.
-    In the authors' code a sign slips, so that its global directions are off by the error of the
-    heading in the wrong sense; its noise is a diagonal of deviations.
+    The authors' code has a sign error: its global directions are off by the heading error with the
+    wrong sign. Its noise is a diagonal of standard deviations.
     """
     far, back = float(sightings[j, i].range), float(sightings[j, i].bearing)
     bearing = float(sightings[i, j].bearing)
@@ -154,7 +153,7 @@ def hear_pose(minds: Array, i: int, j: int, sightings: Array, numbers: Numbers, 
 
 @kernel
 def fuse(minds: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
-    """The weighted intersection of the first n estimates of the list.
+    """Write the weighted intersection of the first n estimates of the list.
 
         P = (sum_j w_j I_j)^-1
         x = P sum_j w_j I_j x^j
@@ -178,7 +177,7 @@ def fuse(minds: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
 
 @kernel
 def gather_told(minds: Array, i: int, sightings: Array, numbers: Numbers) -> int:
-    """List the own estimate of robot i, and those by robots in mutual sight; their number."""
+    """List robot i's own estimate and those by robots in mutual sight; return their number."""
     told, said, n = minds[0].told, minds[i].said, 1
     inverse3(said.P, told.inverse)
     told.pose = said.pose
@@ -193,11 +192,11 @@ def gather_told(minds: Array, i: int, sightings: Array, numbers: Numbers) -> int
 
 @kernel
 def intersect(minds: Array, shared: Array, sightings: Array, numbers: Numbers) -> None:
-    """Fuse every robot's estimate with its neighbours' estimates of it.
+    """Fuse every robot's estimate of its pose with its neighbours' estimates of it.
 
-    The weight g in [0, 1] scales a correction: the neighbours keep g of their weights and the own
-    estimate takes the rest, which is a covariance intersection too. In the authors' code a robot
-    with a single neighbour fuses nothing.
+    The weight g in [0, 1] scales a correction: it multiplies the weights of the neighbours, and the
+    own estimate gets the rest, which is a covariance intersection too. In the authors' code a robot
+    with a single neighbour is not corrected.
 
     Source: BOIDS, Eq. 3 to 5.
     """
@@ -224,7 +223,7 @@ class CovarianceIntersection(Localisation):
     kernels = waypoints_kernels(update_belief_alone, intersect)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
-        """Social odometry whose estimates are fused by covariance intersection."""
+        """Return the layer of social odometry that fuses by covariance intersection."""
         layer = CovarianceParameters().layer(scenario)
         numbers = {**layer.numbers, "intersects": 1.0}
         return replace(layer, numbers=numbers, own_weighting=SIKF().layer(scenario))

@@ -1,7 +1,7 @@
-"""Cross-covariances of the decentralised EKF among e-pucks: errors that robots share.
+"""Cross-covariances of the decentralised EKF of e-pucks: errors that robots share.
 
-A robot keeps, for every other robot and area, the cross-covariance of its own estimate and that
-robot's since their last exchange, in its own frame: `shared[robot, area]`, 2 x 2 [m^2].
+For every other robot and area, a robot keeps the cross-covariance of both robots' estimates since
+their last exchange, in its own frame: `shared[robot, area]`, 2 x 2 [m^2].
 """
 
 import math
@@ -34,20 +34,20 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.record import Numbers, field
 
-COHERENCE = 0.999  # largest share of the possible correlation of two robots' errors (chosen)
+COHERENCE = 0.999  # largest correlation allowed between two robots' errors (chosen)
 
 Shared = Float64[Array, "robots areas 2 2"]
 
 
 class CrossBelief(EllipseBelief):
-    """What a robot believes, and the areas whose error it shares with others."""
+    """Belief that marks the areas with an error shared with other robots."""
 
     is_shared: Int8[Array, " areas"] = field(np.int8, 2)
-    """A cross-covariance of the area may be other than zero."""
+    """Whether a cross-covariance of the area may differ from zero."""
 
 
 class CrossMind(EllipseMind):
-    """All that the decentralised EKF keeps of a robot."""
+    """State of a robot under the decentralised EKF."""
 
     belief: CrossBelief = field(CrossBelief)
 
@@ -63,7 +63,7 @@ def forget_area(shared: Shared, area: int) -> None:
 
 @kernel
 def forget_cross_covariances(belief: CrossBelief, shared: Shared) -> None:
-    """Forget the cross-covariances of areas that are under the robot or unknown."""
+    """Set to zero the cross-covariances of areas that are under the robot or unknown."""
     for area in range(2):
         if belief.is_shared[area] and (belief.on_area == area or not belief.known[area]):
             forget_area(shared, area)
@@ -72,17 +72,17 @@ def forget_cross_covariances(belief: CrossBelief, shared: Shared) -> None:
 
 @kernel
 def update_belief(mind: CrossMind, shared: Shared, readings: Readings, numbers: Numbers) -> None:
-    """Covariance knowledge's tick; the error of an area just found is shared with no robot."""
+    """Update the belief as in `sikf`; the error of an area just found is shared with no robot."""
     update_covariances(mind, shared, readings, numbers)
     forget_cross_covariances(mind.belief, shared)
 
 
 @kernel
 def bounded(P: Moments, R: Matrix, C: Float64[Array, "2 2"]) -> float:
-    """The factor that shrinks a cross-covariance C to what the covariances P and R allow.
+    """Return the factor that shrinks a cross-covariance C to the bound set by P and R.
 
     |C|^2 <= COHERENCE^2 (least eigenvalue of P) (least eigenvalue of R) keeps [P C; C' R] a
-    covariance, whatever their directions.
+    covariance, for any directions.
 
     Source: HornJohnson2012, Theorem 7.7.7, with norms for matrices.
     """
@@ -98,17 +98,17 @@ def bounded(P: Moments, R: Matrix, C: Float64[Array, "2 2"]) -> float:
 
 @kernel
 def quadratic(u0: float, u1: float, v0: float, v1: float, S: Matrix) -> float:
-    """The form u S v' of two rows u, v and a symmetric matrix S."""
+    """Return the form u S v' of two rows u, v and a symmetric matrix S."""
     return u0 * (S[0] * v0 + S[1] * v1) + u1 * (S[1] * v0 + S[2] * v1)
 
 
 @kernel
 def correct_moments(P: Moments, K: Gain, A: Gain, S: Matrix) -> None:
-    """The moments P after a correction, in place.
+    """Correct the moments P with the gain K, in place.
 
         P = P - K A' - A K' + K S K'
 
-    A = P - C and S = P + R - C - C' before it; the variance of the heading stays.
+    A = P - C and S = P + R - C - C' before it; the variance of the heading is unchanged.
 
     Source: BOIDS, Eq. 17.
     """
@@ -125,7 +125,7 @@ def correct_moments(P: Moments, K: Gain, A: Gain, S: Matrix) -> None:
 
 @kernel
 def correct_cross_covariances(shared: Shared, partner: int, area: int, K: Gain, R: Matrix) -> None:
-    """The cross-covariances of an area after a correction by a partner's estimate, in place.
+    """Update the cross-covariances of an area after a correction by a partner, in place.
 
         C = C + K (R - C) of the partner,  C_h = (I - K) C_h of every other robot h
 
@@ -146,11 +146,11 @@ def correct_cross_covariances(shared: Shared, partner: int, area: int, K: Gain, 
 
 @kernel
 def correct_shared(belief: CrossBelief, area: int, R: Matrix, share: float, shared: Shared) -> None:
-    """Correct the estimate of an area by the partner's, with which it shares errors, in place.
+    """Correct the estimate of an area by the partner's, given their cross-covariance C, in place.
 
         K = (P - C) (P + R - C - C')^-1
 
-    `share` scales the gain; where the two errors are the same there is nothing to gain.
+    `share` scales the gain. Without the inverse, as for equal errors, nothing is corrected.
 
     Source: BOIDS, Eq. 16.
     """
@@ -178,10 +178,10 @@ def correct_shared(belief: CrossBelief, area: int, R: Matrix, share: float, shar
 
 @kernel
 def merge(mind: CrossMind, shared: Shared, heard_p_share: float, numbers: Numbers) -> None:
-    """Copy what was heard of unknown areas, with the whole error; correct what both know.
+    """Copy heard estimates of unknown areas with their errors; correct those of known areas.
 
-    The weight g = 1/2 means the whole gain, as in `covariance`; other weights scale it by 2 g, up
-    to one.
+    The weight g scales the gain by 2 g, at most by 1: g = 1/2 gives the whole gain, as in
+    `covariance`.
 
     Source: TR, Eq. 14; BOIDS, Eq. 13 to 20.
     """

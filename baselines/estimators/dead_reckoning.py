@@ -1,4 +1,4 @@
-"""Dead reckoning: an estimate of the own pose from odometry and visits at home alone.
+"""Dead reckoning: an estimate of the robot's pose from odometry and visits at home alone.
 
 Smith et al. 2021 (BOIDS), Section 2.1.
 """
@@ -16,11 +16,11 @@ from swarm_forage_env.ticks import nothing
 
 @ESTIMATORS.register("dead_reckoning")
 class DeadReckoning(Localisation):
-    """Dead reckoning: robots tell each other nothing."""
+    """Dead reckoning: robots do not communicate."""
 
     speaks: ClassVar[bool] = False
     kernels = waypoints_kernels(update_belief_alone, nothing)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
-        """Social odometry of robots that do not speak: places with covariances."""
+        """Return the layer of social odometry with covariances, without communication."""
         return CovarianceFilterParameters(speaks=False).layer(scenario)

@@ -6,8 +6,8 @@ Robot i keeps its pose x_i, its covariance P_i, and a factor s_ij for every othe
 P_ij = s_ij s_ji'. All factors start at zero. A pair's joint covariance is [P_i C; C' P_j]; the
 first three rows are those of robot i.
 
-In the authors' code every robot corrects itself alone, from what all said before any correction;
-for each pair it keeps the factor, and the factor as said.
+In the authors' code every robot corrects only itself, from the estimates that all sent before any
+correction; for each pair it keeps the factor, and the factor as sent.
 """
 
 import math
@@ -51,12 +51,12 @@ from swarm_forage_env.waypoints.records import SPEED, Readings, Sighting
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 MAX_JUMP, MAX_GROWTH = 0.5, 1.0
-"""Corrections that the authors' code refuses: by this far [m], or that increase |P| by this."""
+"""Jump [m] and growth of |P| from which the authors' code refuses a correction."""
 
-NEAREST = 1e-3  # least distance at which a bearing tells two robots apart [m] (chosen)
-FACTOR, SAID = 0, 1  # memory of a pair: the factor, and the factor as said
+NEAREST = 1e-3  # least distance at which a sighting is used [m] (chosen)
+FACTOR, SAID = 0, 1  # memory of a pair: the factor, and the factor as sent
 
-Factors = Float64[Array, "robots 3 3"]  # what a robot keeps of its cross-covariance with each robot
+Factors = Float64[Array, "robots 3 3"]  # s_ij of robot i for each robot j
 Joint = Float64[Array, "6 6"]
 Jacobian = Float64[Array, "2 6"]
 Gain = Float64[Array, "6 2"]
@@ -74,26 +74,26 @@ class JointUpdate(Record):
     after: Joint = field(np.float64, 6, 6)
     """The covariance of the pair after the update."""
     G: Jacobian = field(np.float64, 2, 6)
-    """Derivative of range and bearing by both poses."""
+    """Jacobian of range and bearing by both poses."""
     K: Gain = field(np.float64, 6, 2)
     """The gain."""
     before: Float64[Array, "pair 3 3"] = field(np.float64, 2, 3, 3)
-    """Each robot's own covariance before the update."""
+    """Covariance of each robot before the update."""
     L: Matrix3 = field(np.float64, 3, 3)
-    """A lower triangle, L L' = P."""
+    """Lower triangle with L L' = P."""
     products: Float64[Array, "4 3 3"] = field(np.float64, 4, 3, 3)
     """Intermediate products."""
 
 
 class FilterMind(PoseMind):
-    """All that the decentralised Kalman filter keeps of a robot, but its factors."""
+    """State of a robot under the decentralised Kalman filter, without its factors."""
 
     update: JointUpdate = field(JointUpdate)
 
 
 @kernel
 def sight_jacobian(dx: float, dy: float, by_heading: float, out_G: Jacobian) -> None:
-    """Derivative by both poses of the range and bearing at which i sees j.
+    """Write the Jacobian by both poses of the range and bearing at which i sees j.
 
         G_i = [-dx/r -dy/r 0; dy/r^2 -dx/r^2 -1],  G_j = [dx/r dy/r 0; -dy/r^2 dx/r^2 0]
 
@@ -111,7 +111,7 @@ def sight_jacobian(dx: float, dy: float, by_heading: float, out_G: Jacobian) -> 
 
 @kernel
 def joint_gain(update: JointUpdate, g: float, var_range: float, var_bearing: float) -> None:
-    """The gain of a relative measurement on both poses, scaled by g.
+    """Write the gain of a relative measurement for both poses, scaled by g.
 
         K = g P G' (G P G' + R)^-1,  R = diag(var_range, var_bearing)
 
@@ -137,7 +137,7 @@ def joint_gain(update: JointUpdate, g: float, var_range: float, var_bearing: flo
 
 @kernel
 def left_over(A: Joint, G: Jacobian, K: Gain, out: Joint) -> None:
-    """((I - K G) A)', transposed so that two calls give (I - K G) A (I - K G)'."""
+    """Write ((I - K G) A)', transposed so that two calls give (I - K G) A (I - K G)'."""
     for b in range(6):
         seen_range, seen_bearing = 0.0, 0.0
         for c in range(6):
@@ -149,7 +149,7 @@ def left_over(A: Joint, G: Jacobian, K: Gain, out: Joint) -> None:
 
 @kernel
 def correct_joint(update: JointUpdate, var_range: float, var_bearing: float) -> None:
-    """The covariance of both after the measurement, for any gain: positive semi-definite.
+    """Write the covariance of both poses after the update; positive semi-definite for any gain.
 
         P = (I - K G) P (I - K G)' + K R K'
 
@@ -166,12 +166,12 @@ def correct_joint(update: JointUpdate, var_range: float, var_bearing: float) -> 
 
 @kernel
 def bound_correlation(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
-    """Shrink the cross-covariance C, in place, to what the two covariances allow.
+    """Shrink the cross-covariance C, in place, to the bound set by the two covariances.
 
         |L_i^-1 C L_j^-T| <= COHERENCE,  L L' = P
 
-    Luft's factors only approximate C once others have corrected either robot, and may exceed what
-    two robots can share: then the joint matrix is no covariance.
+    Luft's factors only approximate C once other robots have corrected either robot, and C may then
+    exceed the bound: the joint matrix would be no covariance.
 
     Source: HornJohnson2012, Theorem 7.7.7.
     """
@@ -193,7 +193,7 @@ def bound_correlation(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
 
 @kernel
 def join(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
-    """Write the joint covariance [P_i C; C' P_j], and keep each robot's own in `before`."""
+    """Write the joint covariance [P_i C; C' P_j], and copy P_i and P_j to `before`."""
     C, joint, before = update.cross, update.joint, update.before
     for a in range(3):
         for b in range(3):
@@ -205,7 +205,7 @@ def join(P_i: Matrix3, P_j: Matrix3, update: JointUpdate) -> None:
 
 @kernel
 def multiply_factors(M: Matrix3, factors: Factors) -> None:
-    """M s_ih for every robot h, in place; written out, as most of a correction's time goes here."""
+    """Multiply s_ih by M for every robot h, in place; written out, as it takes most of the time."""
     for h in range(factors.shape[0]):
         for k in range(3):
             a, b, c = factors[h, 0, k], factors[h, 1, k], factors[h, 2, k]
@@ -216,7 +216,7 @@ def multiply_factors(M: Matrix3, factors: Factors) -> None:
 
 @kernel
 def update_factors(before: Matrix3, after: Matrix3, update: JointUpdate, factors: Factors) -> None:
-    """The factors of a robot whose covariance was corrected from Q to P, in place.
+    """Update the factors of a robot after its covariance was corrected from Q to P, in place.
 
         s_ih = P Q^-1 s_ih
 
@@ -230,10 +230,10 @@ def update_factors(before: Matrix3, after: Matrix3, update: JointUpdate, factors
 
 @kernel
 def authors_bearing(measured: float, expected: float, dy: float) -> float:
-    """The expected bearing as the authors' code compares it: with the opposite sign, if nearer.
+    """Return the expected bearing as in the authors' code: with the opposite sign, if nearer.
 
-    Where |dy| < 1 m the sign is changed if that brings it nearer to the measured bearing, instead
-    of wrapping the difference.
+    Where |dy| < 1 m, the code changes the sign if that brings the bearing nearer to the measured
+    one, instead of wrapping the difference.
 
     Source: BOIDS, authors' code.
     """
@@ -244,7 +244,7 @@ def authors_bearing(measured: float, expected: float, dy: float) -> float:
 
 @kernel
 def slipped_direction(mind: FilterMind, bearing: float) -> float:
-    """The global direction of a sighting, off by the heading's error with the wrong sign [rad].
+    """Return the global direction of a sighting, off by the negated heading error [rad].
 
     Source: BOIDS, authors' code.
     """
@@ -255,10 +255,10 @@ def slipped_direction(mind: FilterMind, bearing: float) -> float:
 def correct_one(
     minds: Array, shared: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
 ) -> None:
-    """Correct robot i alone by its sighting of j, unless the correction is refused.
+    """Correct only robot i by its sighting of j, unless the correction is refused.
 
-    The half of robot j is dropped. Both noises are the deviation of the range, and nothing keeps
-    the joint matrix a covariance.
+    The correction of robot j is dropped. Both noises are the standard deviation of the range, and
+    the joint matrix may be no covariance.
 
     Source: BOIDS, authors' code.
     """
@@ -287,7 +287,7 @@ def correct_one(
 
 @kernel
 def is_refused(mind: FilterMind, along: float, across: float) -> bool:
-    """The correction would move the robot, or increase its covariance, by too much.
+    """Return whether the correction moves the robot, or increases its covariance, by too much.
 
     Source: BOIDS, authors' code.
     """
@@ -303,7 +303,7 @@ def is_refused(mind: FilterMind, along: float, across: float) -> bool:
 def correct_each_alone(
     minds: Array, shared: Float64[Array, "robots robots 2 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
-    """Every robot corrects itself by all its sightings, from what was said before.
+    """Correct every robot by its own sightings, from the estimates sent before any correction.
 
     Source: BOIDS, authors' code.
     """
@@ -409,7 +409,7 @@ def correct_both(
 def correct_by_sight(
     minds: Array, factors: Float64[Array, "robots robots 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
-    """Every sighting corrects both robots, in the order of their numbers."""
+    """Correct both robots of every sighting, in the order of their indices."""
     for i in range(minds.shape[0]):
         for j in range(minds.shape[0]):
             if sightings[i, j].seen:
@@ -424,7 +424,7 @@ class DecentralisedEKF(Localisation):
     kernels = waypoints_kernels(update_belief, correct_by_sight)
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
-        """Poses corrected by range and bearing of the robots seen."""
+        """Return the layer that corrects poses by range and bearing of the robots seen."""
         layer = super().waypoints_layer(scenario)
         if self.setting != "authors":
             return replace(layer, shared=(3, 3))
@@ -432,7 +432,7 @@ class DecentralisedEKF(Localisation):
         return replace(layer, kernels=kernels, shared=(2, 3, 3))
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
-        """Social odometry whose estimates are corrected with their cross-covariances."""
+        """Return the layer of social odometry that corrects with cross-covariances."""
         layer = CovarianceParameters().layer(scenario)
         kernels: dict[str, Kernel] = {
             **layer.kernels,

@@ -1,6 +1,6 @@
 """Falsified messages: faults of the scenario change a message after a robot composed it.
 
-A liar tells a false place; a stale robot repeats its first message. Their own beliefs stay.
+A liar sends a false location; a stale robot repeats its first message. Their beliefs are unchanged.
 
 Not in the papers, and chosen here:
 - a liar lies about the areas that it would tell of, and speaks when it would speak;
@@ -18,10 +18,10 @@ from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 
 @kernel
 def false_place(distance: float, direction: float, lie: Lie, area: int) -> tuple[float, float]:
-    """The place that a liar tells, for an area believed at a distance [m] and direction [rad].
+    """Return the distance [m] and direction [rad] that a liar sends for a believed area.
 
-    In the body frame: turned about the liar and shifted, or another place. Source: VanCalck2023,
-    for places that are turned.
+    In the body frame: turned about the liar and shifted, or a fixed one. Source: VanCalck2023, for
+    locations that are turned.
     """
     x, y = lie.place[area, 0], lie.place[area, 1]
     if not lie.is_place:
@@ -33,7 +33,7 @@ def false_place(distance: float, direction: float, lie: Lie, area: int) -> tuple
 
 @kernel
 def falsify(mind: SocialMind, lie: Lie) -> None:
-    """Replace the places and p of a robot's message by those of a lie."""
+    """Replace the locations in a message by those of a lie, and p unless the lie keeps it."""
     message = mind.message
     for area in range(2):
         if message.told[area]:
@@ -46,7 +46,7 @@ def falsify(mind: SocialMind, lie: Lie) -> None:
 
 @kernel
 def retell(mind: SocialMind) -> None:
-    """Tell the kept places again, as seen from the present believed pose."""
+    """Write the kept message again, with its locations as seen from the present believed pose."""
     message, then, now = mind.message, mind.kept_pose, mind.belief.pose
     mind.message = mind.kept
     for area in range(2):
@@ -61,7 +61,7 @@ def retell(mind: SocialMind) -> None:
 
 @kernel
 def repeat(mind: SocialMind) -> bool:
-    """Replace the message by the kept one, or keep it if it is the first; whether one was kept."""
+    """Replace the message by the kept one, or keep this one; return whether it was replaced."""
     if mind.is_kept:
         retell(mind)
         return True

@@ -1,10 +1,10 @@
-"""Localisation: the common parameters of all estimators of a pose.
+"""Localisation: parameters common to all estimators of a pose.
 
 Smith et al. 2021 (BOIDS), Section 2. `setting` chooses between two readings of the paper:
 
 - `authors`: the code behind its figures. Process noise and measurement noise are diagonals of
-  standard deviations; home resets the estimate; the filter corrects one robot of two, behind
-  gates; flocks align on positions.
+  standard deviations; home resets the estimate; the filter corrects only one of two robots, within
+  limits; flocks align on positions.
 - `corrected`: textbook noise, propagated by the Jacobians; home is a private measurement update;
   both robots are corrected; flocks align on velocities; the covariance stimulus has a scale that
   fits such covariances.
@@ -34,16 +34,16 @@ from swarm_forage_env.waypoints.records import Exchange, Readings
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 COVARIANCE_NORM_MAX = {"authors": 5.0, "corrected": 0.05}
-"""Highest covariance norm allowed: 5 (published), or a hundredth for textbook noise (chosen)."""
+"""Largest covariance norm allowed: 5 (published), or a hundredth for textbook noise (chosen)."""
 
-OFFSET_MAX = 1.0  # highest distance allowed between the estimate and dead reckoning [m] (published)
+OFFSET_MAX = 1.0  # largest distance allowed between the estimate and dead reckoning [m] (published)
 
 
 @kernel
 def describe_correction(minds: Array, i: int, sightings: Array, exchange: Exchange) -> None:
-    """Describe the correction that a robot which sees another, or is seen, is about to make.
+    """Describe the next correction of robot i, by the robots that it sees or that see it.
 
-    The neighbours that see the robot place it; `disagreement` is the distance to their mean.
+    `disagreement` is the distance from its estimate to the mean position that the latter measure.
     """
     n_robots, n, n_back, heard, x, y = minds.shape[0], 0, 0, 0.0, 0.0, 0.0
     for j in range(n_robots):
@@ -72,10 +72,10 @@ def describe_correction(minds: Array, i: int, sightings: Array, exchange: Exchan
 def away_from_one_by_one(
     minds: Array, i: int, sightings: Array, numbers: Numbers
 ) -> tuple[float, float]:
-    """Separation as in the authors' code, which steers after each neighbour.
+    """Return the separation as in the authors' code, which steers after each neighbour.
 
-    After every neighbour the sum is divided by their number so far and replaced by the force
-    that seeks its direction, five times a unit vector, so that the last ones weigh most.
+    After each neighbour, the sum is divided by their number so far and replaced by five times
+    the unit vector of `seek`, so that the last neighbours have the largest weights.
 
     Source: BOIDS, authors' code.
     """
@@ -99,9 +99,9 @@ def away_from_one_by_one(
 
 @kernel
 def sum_neighbours(minds: Array, i: int, sightings: Array, reach: float) -> tuple[int, int]:
-    """Write the means over the robots seen and believed in reach; zeros without any.
+    """Write the means over the robots seen that are believed in reach; zeros if there are none.
 
-    Returns the numbers of robots seen, and of those believed in reach.
+    Returns the number of robots seen, and of those believed in reach.
 
     Source: BOIDS, Eq. 21 to 23.
     """
@@ -128,7 +128,7 @@ def sum_neighbours(minds: Array, i: int, sightings: Array, reach: float) -> tupl
 
 @kernel
 def turn_to_body(x: float, y: float, compass: float, out: Float32[Array, "2"]) -> None:
-    """Write a vector of the world frame in the body frame."""
+    """Rotate a vector from the world frame to the body frame."""
     out[0], out[1] = to_body(x, y, *cos_sin(compass))
 
 
@@ -136,8 +136,8 @@ def turn_to_body(x: float, y: float, compass: float, out: Float32[Array, "2"]) -
 def describe_flock(minds: Array, i: int, sightings: Array, numbers: Numbers) -> None:
     """Write the vectors to the flock (centre, separation, alignment) and the density, rho.
 
-    The alignment is the neighbours' mean velocity, the separation the sum of the displacements
-    from them; in the authors' code their mean position, and `away_from_one_by_one`.
+    The alignment is the neighbours' mean velocity, the separation the sum of the displacements from
+    them; in the authors' code, these are their mean position, and `away_from_one_by_one`.
     """
     mind, situation = minds[i], minds[i].situation
     n_seen, n = sum_neighbours(minds, i, sightings, numbers.reach)
@@ -158,7 +158,7 @@ def describe_flock(minds: Array, i: int, sightings: Array, numbers: Numbers) -> 
 
 @kernel
 def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
-    """Write the vectors to goal and home, the velocity, the stimuli s and e, and the arrival.
+    """Write the vectors to goal and home, the velocity, both stimuli, and whether it has arrived.
 
     Source: BOIDS, Section 4, for the stimuli.
     """
@@ -176,7 +176,7 @@ def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
 
 @kernel
 def describe(minds: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers) -> None:
-    """Write the inputs of both layers of one robot, by the present beliefs of all."""
+    """Write the inputs of weighting and motion of one robot, from the present beliefs of all."""
     describe_correction(minds, i, sightings, minds[i].exchange)
     describe_flock(minds, i, sightings, numbers)
     describe_self(minds[i], readings, numbers)
@@ -184,7 +184,7 @@ def describe(minds: Array, i: int, sightings: Array, readings: Readings, numbers
 
 @kernel
 def whole_correction(exchange: Exchange, which: int, numbers: Numbers) -> float:
-    """The gain g = 1: every correction is made as the filter computes it.
+    """Return the gain g = 1: every correction is made as the filter computes it.
 
     Source: BOIDS, Section 2.
     """
@@ -192,7 +192,7 @@ def whole_correction(exchange: Exchange, which: int, numbers: Numbers) -> float:
 
 
 def waypoints_kernels(update_belief: Kernel, merge: Kernel) -> Mapping[str, Kernel]:
-    """The functions that the templates of a tick name, where robots visit waypoints."""
+    """Return the functions bound to the free names of the waypoint tick."""
     return {"update_belief": update_belief, "describe": describe, "merge": merge}
 
 
@@ -223,9 +223,9 @@ class Localisation(Parameters):
     )
 
     def layer(self, scenario: Scenario | WaypointsScenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario.
+        """Return the records and functions of the estimator, with its parameters in a scenario.
 
-        ConfigError for the authors' setting where robots forage.
+        Raises ConfigError for the authors' setting in a foraging scenario.
         """
         if isinstance(scenario, WaypointsScenario):
             return self.waypoints_layer(scenario)
@@ -237,16 +237,16 @@ class Localisation(Parameters):
         return self.foraging_layer(scenario)
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
-        """The layer where robots visit waypoints."""
+        """Return the layer for a waypoint scenario."""
         numbers, own = self.numbers(scenario), WeightingLayer(whole_correction)
         return EstimatorLayer(self.mind, numbers, self.kernels, observe_world, own_weighting=own)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The layer where robots forage."""
+        """Return the layer for a foraging scenario."""
         raise NotImplementedError
 
     def numbers(self, scenario: WaypointsScenario) -> dict[str, float]:
-        """The scenario's noise and limits as kernels read them."""
+        """Return the noise and limits of the scenario as parameters of the kernels."""
         sensors = scenario.sensors
         names = "speed_noise turn_noise range_noise bearing_noise reach max_speed tolerance"
         return {

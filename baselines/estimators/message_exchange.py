@@ -1,4 +1,4 @@
-"""Message exchange of social odometry: talking to one neighbour, and merging what it told.
+"""Message exchange of social odometry: talking to one neighbour, and merging its estimates.
 
 Gutierrez et al. 2009 (TR), Sections 4.2 and 5.2.
 """
@@ -15,14 +15,14 @@ from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.record import Numbers
 
 DISTANCE_RANGE, P_RANGE = 8.192, 131.072
-"""What the largest distance and p are just below that words of whole numbers hold [m]."""
+"""Limits just above the largest distance and p that an integer word can hold [m]."""
 
 
 @kernel
 def heard_location(
     D: float, gamma_i: float, gamma_j: float, d_j: float, phi_j: float
 ) -> tuple[float, float]:
-    """Where the sender's area is for the receiver, body frame [m].
+    """Return the location of the sender's area in the body frame of the receiver [m].
 
         alpha = phi_j - gamma_j
         phi_i = gamma_i + alpha - pi
@@ -41,20 +41,20 @@ def heard_location(
 
 @kernel
 def heard_place(belief: Belief, area: int) -> tuple[float, float]:
-    """The mean of the places of an area heard in the exchange, own frame [m]."""
+    """Return the mean of the locations of an area heard in the exchange, own frame [m]."""
     place, weight = belief.heard_sum[area], belief.heard_weight[area]
     return place[0] / weight, place[1] / weight
 
 
 @kernel
 def is_listening(mind: SocialMind) -> bool:
-    """The robot may read messages in this tick, before its countdown."""
+    """Return whether the robot may read messages in this tick; call it before the countdown."""
     return mind.belief.partner != NOBODY or mind.belief.ignore_ticks <= 1
 
 
 @kernel
 def was_recently_met(belief: Belief, sender: int) -> bool:
-    """The sender was a partner within the time `refractory`."""
+    """Return whether the sender was a partner within the time `refractory`."""
     for k in range(belief.met.shape[0]):
         if belief.met[k] == sender and belief.met_ticks_left[k] > 0:
             return True
@@ -63,7 +63,7 @@ def was_recently_met(belief: Belief, sender: int) -> bool:
 
 @kernel
 def remember_partner(belief: Belief, ticks: int) -> None:
-    """Remember the partner instead of the one whose time ends first."""
+    """Store the partner over the remembered one whose time ends first."""
     k = 0
     for other in range(1, belief.met.shape[0]):
         if belief.met_ticks_left[other] < belief.met_ticks_left[k]:
@@ -74,14 +74,14 @@ def remember_partner(belief: Belief, ticks: int) -> None:
 
 @kernel
 def may_merge(belief: Belief, area: int, numbers: Numbers) -> bool:
-    """The robot merges what it hears of the area: it is unknown, the goal or, if double, any."""
+    """Return whether the robot merges the area: it is unknown, the goal or, if double, any."""
     return not belief.known[area] or numbers.double > 0.0 or area == belief.goal
 
 
 @kernel
 def is_useful(belief: Belief, message: Message, numbers: Numbers) -> bool:
-    """The message tells of an area that is unknown, or that may be merged and whose own p is at
-    least `listens_above` [m]."""
+    """Return whether the message has an estimate of an unknown area, or of one that may be merged
+    and whose own p is at least `listens_above` [m]."""
     for area in range(2):
         is_unsure = not belief.known[area] or belief.p[area] >= numbers.listens_above
         if message.told[area] and is_unsure and may_merge(belief, area, numbers):
@@ -91,7 +91,7 @@ def is_useful(belief: Belief, message: Message, numbers: Numbers) -> bool:
 
 @kernel
 def find_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> int:
-    """The first sender worth talking to, NOBODY if there is none."""
+    """Return the first sender of a useful message that was not met recently, or NOBODY."""
     belief = minds[i].belief
     for slot in range(heard.n):
         sender = heard.sender[slot]
@@ -103,7 +103,7 @@ def find_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> int:
 
 @kernel
 def slot_of(heard: Heard, sender: int) -> int:
-    """The slot that holds a message of that sender, or how many messages there are."""
+    """Return the slot with a message of the sender; without one, the number of messages."""
     for slot in range(heard.n):
         if heard.sender[slot] == sender:
             return slot
@@ -114,10 +114,10 @@ def slot_of(heard: Heard, sender: int) -> int:
 def accumulate_message(
     belief: Belief, message: Message, beam: Float32[Array, "3"], weight: float, message_path: float
 ) -> None:
-    """Add one message to the running means of an exchange, in the receiver's own frame.
+    """Add one message to the running sums of an exchange, in the receiver's own frame.
 
-    The beam is the sender's range [m], its bearing and the bearing back [rad]; its weight is the
-    frames averaged in it. `message_path` is added to the heard p [m].
+    The beam is the sender's range [m], its bearing and the bearing back [rad]; the weight is the
+    number of frames averaged in it. `message_path` is added to the heard p [m].
     """
     c, s = cos_sin(belief.pose[2])
     for area in range(2):
@@ -135,7 +135,7 @@ def accumulate_message(
 
 @kernel
 def has_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Robot i is in an exchange, or starts one with a robot not met recently."""
+    """Count down the recent partners; start an exchange if possible; return whether one is open."""
     belief = minds[i].belief
     for k in range(belief.met_ticks_left.shape[0]):
         belief.met_ticks_left[k] = max(belief.met_ticks_left[k] - 1, 0)
@@ -156,7 +156,7 @@ def has_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
 
 @kernel
 def end_in_time(belief: Belief, numbers: Numbers) -> bool:
-    """End an exchange at the end of its time, and ignore its partner; whether it ended."""
+    """End the exchange if its time is over, and start the pauses; return whether it ended."""
     has_ended = bool(belief.exchange_ticks_left == 0)
     if has_ended:
         remember_partner(belief, int(numbers.refractory_ticks))
@@ -168,7 +168,7 @@ def end_in_time(belief: Belief, numbers: Numbers) -> bool:
 
 @kernel
 def update_exchange(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, continue or end the exchange of robot i; whether it ended in this tick."""
+    """Start, continue or end the exchange of robot i; return whether it ended in this tick."""
     if not has_partner(minds, i, heard, numbers):
         return False
     belief = minds[i].belief
@@ -182,7 +182,7 @@ def update_exchange(minds: Array, i: int, heard: Heard, numbers: Numbers) -> boo
 
 @kernel
 def merge_area(belief: Belief, area: int, g: float, heard_p_share: float) -> None:
-    """Copy what was heard of an unknown area; blend what both know.
+    """Copy the heard estimate of an unknown area; blend that of a known area.
 
         x_i = (1 - g) x_i + g X_j
         p_i = (1 - g) p_i + share g p_j
@@ -201,13 +201,13 @@ def merge_area(belief: Belief, area: int, g: float, heard_p_share: float) -> Non
 
 @kernel
 def is_merged(belief: Belief, area: int, numbers: Numbers) -> bool:
-    """The partner told of the area, and the robot merges it."""
+    """Return whether the partner sent an estimate of the area that the robot merges."""
     return belief.heard_weight[area] != 0.0 and may_merge(belief, area, numbers)
 
 
 @kernel
 def merge(mind: SocialMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Merge what was heard in the exchange, with its weight, into the estimates of both areas."""
+    """Merge the heard estimates of both areas into the own ones, with the exchange's weights."""
     for area in range(2):
         if is_merged(mind.belief, area, numbers):
             merge_area(mind.belief, area, float(mind.exchange.weight[area]), heard_p_share)
@@ -215,10 +215,10 @@ def merge(mind: SocialMind, shared: Array, heard_p_share: float, numbers: Number
 
 @kernel
 def tells_of(belief: Belief, area: int, numbers: Numbers) -> bool:
-    """The robot tells of the area: it is known and, under `first_hand`, was visited.
+    """Return whether the robot sends its estimate of the area: known and, if `first_hand`, visited.
 
-    A robot that knows both areas tells of one only while its p is at most `tells_within`; a single
-    filter on its way tells only where it comes from.
+    A robot that knows both areas sends one only while its p is at most `tells_within`; a robot with
+    a single filter and a goal does not send the goal.
 
     Source: TR, Section 4.1, before Eq. 14, for `first_hand`; TR, Section 6.1.2.
     """
@@ -234,7 +234,7 @@ def tells_of(belief: Belief, area: int, numbers: Numbers) -> bool:
 
 @kernel
 def has_something_to_say(mind: SocialMind, numbers: Numbers) -> bool:
-    """The robot broadcasts: there is an area that it tells of."""
+    """Return whether the robot broadcasts: it has an estimate to send."""
     return tells_of(mind.belief, 0, numbers) or tells_of(mind.belief, 1, numbers)
 
 
@@ -249,7 +249,7 @@ def write_estimate(belief: Belief, area: int, message: Message) -> None:
 
 @kernel
 def in_steps(value: float, step: float, n_steps: float) -> float:
-    """The nearest whole multiple of a step that a word holds: at most n - 1 of them.
+    """Round to the nearest multiple of a step that a word holds: at most n - 1 steps.
 
     >>> in_steps(0.34, 0.25, 256.0)
     0.25
@@ -261,9 +261,9 @@ def in_steps(value: float, step: float, n_steps: float) -> float:
 
 @kernel
 def round_estimate(message: Message, area: int, n_steps: float) -> None:
-    """Round the estimate of an area to words of as many values as there are steps.
+    """Round the estimate of an area to words of n = `n_steps` values.
 
-    Distance and p in steps of DISTANCE_RANGE / n and P_RANGE / n, direction of 2 pi / n.
+    The steps are DISTANCE_RANGE / n for distance, P_RANGE / n for p, 2 pi / n for direction.
     """
     message.distance[area] = in_steps(message.distance[area], DISTANCE_RANGE / n_steps, n_steps)
     message.p[area] = in_steps(message.p[area], P_RANGE / n_steps, n_steps)
@@ -273,7 +273,7 @@ def round_estimate(message: Message, area: int, n_steps: float) -> None:
 
 @kernel
 def compose(mind: SocialMind, numbers: Numbers) -> None:
-    """Write the message: distance, direction and p of every area that the robot tells of."""
+    """Write the message: distance, direction and p of every area that the robot sends."""
     for area in range(2):
         mind.message.told[area] = tells_of(mind.belief, area, numbers)
         if mind.message.told[area]:

@@ -12,7 +12,7 @@ from swarm_forage_env.ticks import nothing
 
 @ESTIMATORS.register("no_estimator")
 class NoEstimator(Parameters):
-    """Robots keep nothing and tell each other nothing but where they are, as a radio shows it.
+    """No belief and empty messages: the radio shows only range and bearing of the senders.
 
     Source: none needed.
     """
@@ -21,5 +21,5 @@ class NoEstimator(Parameters):
     speaks: ClassVar[bool] = False
 
     def layer(self, scenario: object) -> EstimatorLayer:
-        """Records without content, and nothing to take in."""
+        """Return a layer with empty records that updates nothing."""
         return EstimatorLayer(NoMind, {}, {}, nothing, own_weighting=WeightingLayer(no_gain))

@@ -1,4 +1,4 @@
-"""Prediction and home: every estimator of a pose uses the robot's own readings in this way.
+"""Prediction, and correction at home: the part common to all estimators of a pose.
 
 Smith et al. 2021 (BOIDS), Section 2.1.
 """
@@ -22,16 +22,16 @@ from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.records import SPEED, TURN, Exchange, Readings, Situation
 
 START_VARIANCE = 0.1
-"""Of x, y [m^2] and heading [rad^2] at the start and, for the authors, at home (code)."""
+"""Variance of x, y [m^2], heading [rad^2] at the start and, in the authors' code, at home."""
 
 
 class PoseBelief(Record):
-    """An estimate of the own pose, world frame."""
+    """Estimate of the robot's own pose, world frame."""
 
     pose: Pose = field(np.float64, 3, unit="m, m, rad")
     """x, y [m] and heading [rad]."""
     P: Matrix3 = field(np.float64, 3, 3, start=START_VARIANCE * np.eye(3))
-    """Its covariance."""
+    """Covariance of the pose."""
     velocity: Float64[Array, "2"] = field(np.float64, 2, unit="m/s")
     """Measured velocity of the last tick."""
 
@@ -44,14 +44,14 @@ class NeighbourMeans(Record):
     velocity: Float64[Array, "2"] = field(np.float64, 2, unit="m/s")
     """Mean velocity."""
     away: Float64[Array, "2"] = field(np.float64, 2, unit="m")
-    """Sum of the displacements from them."""
+    """Sum of the displacements from the neighbours."""
 
 
 class HomeUpdate(Record):
     """Working space of a correction by a fix at home. Writer: `correct_privately`."""
 
     innovation: Matrix3 = field(np.float64, 3, 3)
-    """P + R."""
+    """Covariance of the innovation, P + R."""
     gain: Matrix3 = field(np.float64, 3, 3)
     """K."""
     rest: Matrix3 = field(np.float64, 3, 3)
@@ -61,14 +61,14 @@ class HomeUpdate(Record):
 
 
 class PoseMind(Record):
-    """All that dead reckoning keeps of a robot; the filters add to it."""
+    """State of a robot under dead reckoning; the filters extend it."""
 
     belief: PoseBelief = field(PoseBelief)
-    """The estimate."""
+    """Estimate with all corrections."""
     reckoned: PoseBelief = field(PoseBelief)
-    """The estimate without any neighbour: dead reckoning between visits at home."""
+    """Estimate without neighbours: dead reckoning between visits at home."""
     said: PoseBelief = field(PoseBelief)
-    """The estimate as told to the neighbours, before any correction by them."""
+    """Estimate as sent to the neighbours, before any correction by them."""
     compass: float = field(np.float32, unit="rad")
     """Heading without error in this tick. Writer: `update_belief`."""
     covariance_norm: float = field(np.float64)
@@ -81,7 +81,7 @@ class PoseMind(Record):
 
 @kernel
 def step_slopes(along: float, theta: float) -> tuple[float, float]:
-    """Derivatives u, v of a robot's place x, y by its heading, for a step or a sighting.
+    """Return the derivatives u, v of a position x, y by the heading, for a step or a sighting.
 
         F = [1 0 u; 0 1 v; 0 0 1],  u = -V dt sin(theta),  v = V dt cos(theta)
 
@@ -96,7 +96,7 @@ def step_slopes(along: float, theta: float) -> tuple[float, float]:
 
 @kernel
 def propagate(P: Matrix3, u: float, v: float) -> None:
-    """P = F P F' with F = [1 0 u; 0 1 v; 0 0 1], in place.
+    """Propagate P = F P F' with F = [1 0 u; 0 1 v; 0 0 1], in place.
 
     Source: BOIDS, Eq. 6.
     """
@@ -141,8 +141,8 @@ def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -
         x = f(x, u)
         P = F P F' + Q
 
-    Q is `add_step_noise` or, in the authors' code, diag(s_V, s_V, s_w): deviations instead of
-    variances, and no time step.
+    Q is that of `add_step_noise` or, in the authors' code, diag(s_V, s_V, s_w): standard deviations
+    instead of variances, without the time step.
 
     Source: BOIDS, Eq. 2 and 6.
     """
@@ -203,9 +203,9 @@ def correct_privately(
 
 @kernel
 def visit_home(belief: PoseBelief, readings: Readings, work: HomeUpdate, numbers: Numbers) -> None:
-    """Use the fix of a robot at home: a correction or, in the authors' code, a new start.
+    """Correct the estimate of a robot at home by the fix or, in the authors' code, reset it.
 
-    Cross-covariances are left as they are.
+    Cross-covariances are unchanged.
 
     Source: BOIDS, authors' code, for the new start (0.1).
     """
@@ -221,7 +221,7 @@ def visit_home(belief: PoseBelief, readings: Readings, work: HomeUpdate, numbers
 
 @kernel
 def reckon(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
-    """Continue dead reckoning, which knows home and no neighbour; read the compass."""
+    """Update dead reckoning, which uses home and no neighbours, and copy the compass."""
     predict(mind.reckoned, readings.motion, numbers)
     visit_home(mind.reckoned, readings, mind.home, numbers)
     mind.compass = readings.compass
@@ -231,7 +231,7 @@ def reckon(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
 def update_belief_alone(
     mind: PoseMind, shared: Array, readings: Readings, numbers: Numbers
 ) -> None:
-    """Update an estimate by the robot's own readings, without memory of other robots."""
+    """Update an estimate by the robot's own readings, without cross-covariances."""
     reckon(mind, readings, numbers)
     predict(mind.belief, readings.motion, numbers)
     visit_home(mind.belief, readings, mind.home, numbers)

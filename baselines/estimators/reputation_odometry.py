@@ -1,9 +1,9 @@
-"""Reputation odometry: sceptical odometry of robots that remember who told what, and how it was.
+"""Reputation odometry: sceptical odometry in which robots judge each other's estimates.
 
 Gutierrez et al. 2009 (TR), Sections 4 and 5, for social odometry. VanCalck2023, for the second
 witness. JosangIsmail2002, The beta reputation system (15th Bled Electronic Commerce Conference),
-for the reputations: the probability that somebody tells the truth is beta-distributed, with a count
-of what turned out right and one of what turned out wrong.
+for the reputations: the probability that a robot sends a right estimate is beta-distributed, given
+its counts of right and of wrong estimates.
 
 Not in the papers, and chosen here:
 - the weighting may be asked about areas that the robot does not know, too (`weighs_unknown`): what
@@ -54,35 +54,35 @@ NEVER = -1.0
 
 
 class Reputation(Record):
-    """A robot's memory of every other one. Writer: `reputation_odometry`."""
+    """Memory of a robot about every other robot. Writer: `reputation_odometry`."""
 
     right: Float32[Array, " robots"] = field(np.float32, "robots")
-    """Its messages that turned out right."""
+    """Number of estimates of each robot that turned out right."""
     wrong: Float32[Array, " robots"] = field(np.float32, "robots")
-    """Its messages that turned out wrong."""
+    """Number of estimates of each robot that turned out wrong."""
     place: Float32[Array, "robots areas 2"] = field(np.float32, "robots", 2, 2, unit="m")
-    """Place of each area as it told last, own frame."""
+    """Last location of each area heard from each robot, own frame."""
     told_at: Float32[Array, "robots areas"] = field(np.float32, "robots", 2, unit="m", start=NEVER)
-    """The robot's path at that time; NEVER if it told nothing."""
+    """Value of `path` when that location was heard; NEVER if none was."""
     is_open: Int8[Array, "robots areas"] = field(np.int8, "robots", 2)
-    """Its message was not judged yet."""
+    """Whether that location is not judged yet."""
     path: float = field(np.float64, unit="m")
-    """Path that the robot itself has travelled."""
+    """Path length that the robot itself has travelled."""
 
 
 class ReputationMind(ScepticalMind):
-    """All that an estimator with reputations keeps of a robot."""
+    """State of a robot under reputation odometry."""
 
     reputation: Reputation = field(Reputation)
 
 
 @kernel
 def trust(reputation: Reputation, other: int) -> float:
-    """The expected share of truths in the messages of another robot.
+    """Return the expected share of right estimates of another robot.
 
         (r + 1) / (r + s + 2)
 
-    r and s count what turned out right and wrong.
+    r and s are the counts of right and of wrong estimates.
 
     Source: JosangIsmail2002, Definition 2 (the mean of the beta distribution).
     """
@@ -92,7 +92,7 @@ def trust(reputation: Reputation, other: int) -> float:
 
 @kernel
 def path_since(reputation: Reputation, other: int, area: int) -> float:
-    """Path since another robot told of an area [m]; infinite if it never did."""
+    """Return the path since another robot sent an area [m]; infinite if it never did."""
     told_at = float(reputation.told_at[other, area])
     return math.inf if told_at < 0.0 else float(reputation.path) - told_at
 
@@ -101,7 +101,7 @@ def path_since(reputation: Reputation, other: int, area: int) -> float:
 def is_near(
     reputation: Reputation, other: int, area: int, x: float, y: float, numbers: Numbers
 ) -> bool:
-    """What another robot told of an area agrees with a place in the own frame [m]."""
+    """Return whether another robot's estimate of an area agrees with (x, y), own frame [m]."""
     dx, dy = reputation.place[other, area, 0] - x, reputation.place[other, area, 1] - y
     width = numbers.slack + numbers.drift * path_since(reputation, other, area)
     return bool(hypot(dx, dy) <= width)
@@ -109,7 +109,7 @@ def is_near(
 
 @kernel
 def judge(reputation: Reputation, other: int, area: int, is_right: bool) -> None:
-    """Count what another robot told of an area as right or wrong."""
+    """Count another robot's estimate of an area as right or wrong."""
     count = reputation.right if is_right else reputation.wrong
     count[other] += 1.0
     reputation.is_open[other, area] = False
@@ -119,7 +119,7 @@ def judge(reputation: Reputation, other: int, area: int, is_right: bool) -> None
 def judge_all(
     reputation: Reputation, belief: ScepticalBelief, area: int, is_found: bool, numbers: Numbers
 ) -> None:
-    """Judge what was told lately of an area that the robot has found now, or looked for in vain."""
+    """Judge the recent estimates of an area that the robot has just found, or failed to find."""
     x, y = belief.pose[0], belief.pose[1]
     if is_found:
         x, y = belief.location[area, 0], belief.location[area, 1]
@@ -133,7 +133,7 @@ def judge_all(
 
 @kernel
 def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
-    """Remember what the exchange brought of an area; judge it at once if the robot is sure."""
+    """Store the heard estimate of an area; judge it at once if the own estimate is recent."""
     belief, reputation, other = mind.belief, mind.reputation, mind.belief.last_partner
     x, y = heard_place(belief, area)
     reputation.place[other, area, 0], reputation.place[other, area, 1] = x, y
@@ -147,7 +147,7 @@ def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
 
 @kernel
 def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
-    """Write to the exchange the reputations of the partner, and of who told the same or another."""
+    """Write the reputations of the partner and of robots that agree or disagree to the exchange."""
     belief, reputation, exchange = mind.belief, mind.reputation, mind.exchange
     partner = belief.last_partner
     exchange.right, exchange.wrong = reputation.right[partner], reputation.wrong[partner]
@@ -169,14 +169,14 @@ def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
         exchange.own_visited[area] = belief.visited[area]
 
 
-COPIED_FROM = 0.5  # least weight with which the place of an unknown area is copied
+COPIED_FROM = 0.5  # least weight with which the location of an unknown area is copied
 
 
 @kernel
 def update_belief(
     mind: ReputationMind, shared: Array, readings: Readings, numbers: Numbers
 ) -> None:
-    """Social odometry's tick, and a judgement by the area that was found or not found."""
+    """Update the belief as social odometry does; judge estimates of an area found or not found."""
     belief, odometry = mind.belief, readings.odometry
     before, goal = belief.on_area, belief.goal
     mind.reputation.path += path_length(float(odometry[0]), float(odometry[1]), numbers.axle)
@@ -189,7 +189,7 @@ def update_belief(
 
 @kernel
 def listen_and_remember(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, continue or end the exchange of robot i, and remember what was told in it."""
+    """Update the exchange of robot i; at its end, store its estimates. Returns whether it ended."""
     has_ended = update_exchange(minds, i, heard, numbers)
     if has_ended:
         describe_teller(minds[i], numbers)
@@ -201,14 +201,14 @@ def listen_and_remember(minds: Array, i: int, heard: Heard, numbers: Numbers) ->
 
 @kernel
 def is_asked(exchange: Exchange, area: int, numbers: Numbers) -> bool:
-    """The weighting is asked about the area: both robots know it, or the partner alone does."""
+    """Return whether the area is weighed: the partner or, unless `weighs_unknown`, both know it."""
     is_weighed = exchange.own_known[area] or numbers.weighs_unknown > 0.0
     return bool(exchange.heard_known[area]) and bool(is_weighed)
 
 
 @kernel
 def is_copied(mind: ReputationMind, area: int, numbers: Numbers) -> bool:
-    """What was heard of an unknown area is copied."""
+    """Return whether the heard estimate of an unknown area is copied."""
     if numbers.weighs_unknown > 0.0:
         return bool(mind.exchange.weight[area] >= COPIED_FROM)
     return is_confirmed(mind.belief, area, numbers.agreement)
@@ -216,7 +216,7 @@ def is_copied(mind: ReputationMind, area: int, numbers: Numbers) -> bool:
 
 @kernel
 def merge(mind: ReputationMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Blend what was heard of known areas; copy the trusted places of unknown ones."""
+    """Blend heard estimates of known areas; copy the trusted ones of unknown areas."""
     belief = mind.belief
     for area in range(2):
         if not is_merged(belief, area, numbers):
@@ -228,7 +228,7 @@ def merge(mind: ReputationMind, shared: Array, heard_p_share: float, numbers: Nu
 
 @ESTIMATORS.register("reputation_odometry")
 class ReputationOdometryParameters(ScepticalOdometryParameters):
-    """Sceptical odometry whose robots remember who told what, and how it turned out."""
+    """Sceptical odometry in which robots remember and judge each other's estimates."""
 
     mind = ReputationMind
     kernels: ClassVar[Mapping[str, Kernel]] = {

@@ -1,9 +1,9 @@
-"""Sceptical odometry: social odometry that believes a stranger only with a second witness.
+"""Sceptical odometry: social odometry that copies an area only with a second witness.
 
 Gutierrez et al. 2009 (TR), Sections 4 and 5, for social odometry. VanCalck2023, A blockchain-based
 information market to incentivise cooperation in swarms of self-interested robots (Scientific
-Reports 13), for the second witness: sceptical robots keep a place pending until another robot tells
-it too.
+Reports 13), for the second witness: sceptical robots keep a location pending until another robot
+sends it too.
 
 Not in the papers, and chosen here:
 - what needs a witness is an area that the robot does not know: of one that it knows, the weighting
@@ -32,23 +32,23 @@ from swarm_forage_env.record import Numbers, field
 
 
 class ScepticalBelief(Belief):
-    """What a robot believes, and the places that wait for a second witness."""
+    """Belief with the locations that wait for a second witness."""
 
     pending: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
-    """Place of each unknown area as told last, own frame."""
+    """Last heard location of each unknown area, own frame."""
     pending_from: Int32[Array, " areas"] = field(np.int32, 2, start=NOBODY)
-    """Who told it; NOBODY if nothing is pending."""
+    """Robot that sent it; NOBODY if nothing is pending."""
 
 
 class ScepticalMind(SocialMind):
-    """All that sceptical odometry keeps of a robot."""
+    """State of a robot under sceptical odometry."""
 
     belief: ScepticalBelief = field(ScepticalBelief)
 
 
 @kernel
 def is_confirmed(belief: ScepticalBelief, area: int, agreement: float) -> bool:
-    """A second robot told of the heard place of an area; if none did, the place is pending now.
+    """Return whether a second robot confirms the heard location of an area; make it pending.
 
     Source: VanCalck2023.
     """
@@ -62,7 +62,7 @@ def is_confirmed(belief: ScepticalBelief, area: int, agreement: float) -> bool:
 
 @kernel
 def merge(mind: ScepticalMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Blend what was heard of known areas; copy what two robots told of unknown ones."""
+    """Blend heard estimates of known areas; copy those of unknown areas if two robots agree."""
     belief = mind.belief
     for area in range(2):
         if not is_merged(belief, area, numbers):
@@ -74,7 +74,7 @@ def merge(mind: ScepticalMind, shared: Array, heard_p_share: float, numbers: Num
 
 @ESTIMATORS.register("sceptical_odometry")
 class ScepticalOdometryParameters(SocialOdometryParameters):
-    """Social odometry that takes over an unknown area only if a second witness confirms it."""
+    """Social odometry that copies an unknown area only if a second witness confirms it."""
 
     mind = ScepticalMind
     kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "merge": merge}

@@ -1,6 +1,6 @@
-"""The Social Induced Kalman Filter: social odometry whose confidence is a covariance's norm.
+"""Social Induced Kalman Filter: social odometry with the norm of a covariance as confidence.
 
-Gutierrez et al. 2009 (TR), Sections 3.3 and 4.2. Moments are the six numbers of a symmetric 3 x 3
+Gutierrez et al. 2009 (TR), Sections 3.3 and 4.2. Moments are the six entries of a symmetric 3 x 3
 covariance of a pose: (xx, xy, yy) [m^2], (xt, yt) [m rad] and tt [rad^2], t being the heading; in
 the robot's own frame.
 
@@ -12,9 +12,9 @@ Not in the paper, and chosen here:
 - the error constants match the encoders of the scenario at the cruise speed;
 - after an exchange the whole matrix is scaled by 1 - g, so that its norm follows Eq. 35;
 - a robot that copies an estimate receives only the norm of its covariance, so the copy is
-  isotropic, and its heading counts as exact from there on;
-- the error of the measured beam enters nowhere, as in the paper;
-- all that `social_odometry` chose.
+  isotropic, and its heading then counts as exact;
+- the error of the measured beam is ignored, as in the paper;
+- all choices of `social_odometry`.
 """
 
 import math
@@ -47,9 +47,9 @@ Matrix = tuple[float, float, float]
 
 
 class CovarianceBelief(Belief):
-    """What a robot believes, and how uncertain its pose has become since each area.
+    """Belief with the covariance of the pose since each area.
 
-    Its p is the standard deviation of the position along the worst direction [m].
+    `p` is the standard deviation of the position along the worst direction [m].
     """
 
     moments: Float64[Array, "areas 6"] = field(np.float64, 2, N_MOMENTS, unit="m^2, m rad, rad^2")
@@ -57,18 +57,18 @@ class CovarianceBelief(Belief):
 
 
 class CovarianceMind(SocialMind):
-    """All that a covariance filter keeps of a robot."""
+    """State of a robot under a covariance filter."""
 
     belief: CovarianceBelief = field(CovarianceBelief)
 
 
 def error_constant(wheel_noise: float, cruise_speed: float, tick: float) -> float:
-    """The error constant k [m] of Q = diag(k |dU_r|, k |dU_l|) that matches the encoders.
+    """Return the error constant k [m] of Q = diag(k |dU_r|, k |dU_l|) that matches the encoders.
 
         k = (a v dt)^2 / (3 v dt) = a^2 v dt / 3
 
-    An encoder errs uniformly by +- a v dt, of variance (a v dt)^2 / 3, whatever its wheel's
-    path; k matches it at the path v dt of the cruise speed v.
+    The error of an encoder is uniform in +- a v dt, of variance (a v dt)^2 / 3, for any path of
+    its wheel; k matches it at the path v dt of the cruise speed v. a is `wheel_noise`.
 
     Source: TR, Eq. 10, for Q; ANTS, Section 4.1, for the noise.
 
@@ -80,7 +80,7 @@ def error_constant(wheel_noise: float, cruise_speed: float, tick: float) -> floa
 
 @kernel
 def propagate(P: Moments, drho: float, zeta: float) -> None:
-    """The moments P after a step of drho [m] in direction zeta [rad], encoders exact; in place.
+    """Propagate the moments P by a noise-free step of drho [m] in direction zeta [rad], in place.
 
         P = A P A'
         A = [1 0 -drho sin(zeta); 0 1 drho cos(zeta); 0 0 1]
@@ -98,7 +98,7 @@ def propagate(P: Moments, drho: float, zeta: float) -> None:
 
 @kernel
 def add_noise(P: Moments, drho: float, zeta: float, q_r: float, q_l: float, axle: float) -> None:
-    """Add to the moments P what encoders of variance q_r and q_l [m^2] bring, in place.
+    """Add the noise of encoders of variance q_r and q_l [m^2] to the moments P, in place.
 
         P = P + W Q W',  Q = diag(q_r, q_l)
         W = [ c / 2 - e s    c / 2 + e s
@@ -124,7 +124,7 @@ def add_noise(P: Moments, drho: float, zeta: float, q_r: float, q_l: float, axle
 
 @kernel
 def spectral_norm(xx: float, xy: float, yy: float) -> float:
-    """The largest eigenvalue of a symmetric, positive 2 x 2 matrix.
+    """Return the largest eigenvalue of a symmetric, positive 2 x 2 matrix.
 
     Source: TR, Eq. 27.
 
@@ -136,7 +136,7 @@ def spectral_norm(xx: float, xy: float, yy: float) -> float:
 
 @kernel
 def worst_deviation(P: Moments) -> float:
-    """The standard deviation of the position along the worst direction [m]: p^2 = |P|."""
+    """Return the standard deviation of the position along the worst direction [m]: p^2 = |P|."""
     return math.sqrt(max(spectral_norm(P[XX], P[XY], P[YY]), 0.0))
 
 
@@ -169,14 +169,14 @@ def grow_covariances(
 def update_belief(
     mind: CovarianceMind, shared: Array, readings: Readings, numbers: Numbers
 ) -> None:
-    """Social odometry's tick, with growing covariances."""
+    """Update the belief as social odometry does, and grow the covariances."""
     update_social_belief(mind, shared, readings, numbers)
     grow_covariances(mind.belief, readings.odometry, numbers)
 
 
 @kernel
 def scale_covariance(belief: CovarianceBelief, area: int, kept: float) -> float:
-    """Scale the covariance of an area by `kept` = 1 - g, in place; p afterwards [m].
+    """Scale the covariance of an area by `kept` = 1 - g, in place; return p after it [m].
 
         P_i = (1 - g) P_i, hence |P_i| = (1 - g) |P_i|
 
@@ -189,7 +189,7 @@ def scale_covariance(belief: CovarianceBelief, area: int, kept: float) -> float:
 
 @kernel
 def merge(mind: CovarianceMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
-    """Blend what was heard with weight g, which also scales the covariance; or copy both.
+    """Blend the heard estimate with weight g and scale the covariance by 1 - g; or copy both.
 
         x_i = (1 - g) x_i + g X_j,  or P_i = |P_j| I
 
@@ -227,7 +227,7 @@ class CovarianceFilterParameters(SocialOdometryParameters):
         return self
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
-        """The parameters as kernels read them, and the error constant of the encoders."""
+        """Return the parameters of the kernels, with the error constant of the encoders."""
         noise, cruise = scenario.sensors.wheel_noise, scenario.robot.cruise_speed
         k = error_constant(noise, cruise, scenario.tick)
         return {**super().numbers(scenario), "error_constant": k}
@@ -235,6 +235,6 @@ class CovarianceFilterParameters(SocialOdometryParameters):
 
 @ESTIMATORS.register("sikf")
 class SIKFParameters(CovarianceFilterParameters):
-    """Social odometry whose robots exchange the norm of a covariance."""
+    """Social odometry in which robots exchange the norm of a covariance."""
 
     kernels: ClassVar[Mapping[str, Kernel]] = {**CovarianceFilterParameters.kernels, "merge": merge}

@@ -1,6 +1,6 @@
-"""Small matrices inside kernels: 3 x 3 algebra on arrays, written out.
+"""Algebra of 3 x 3 matrices for kernels, written out.
 
-Every function fills its last argument; none reads what it has already written.
+Functions write to `out`, where there is one; it must be none of the inputs.
 """
 
 import math
@@ -16,7 +16,7 @@ TINY = 1e-100  # least spread of eigenvalues: the cube of a smaller one underflo
 
 @kernel
 def identity3(scale: float, out: Matrix3) -> None:
-    """The identity times a number."""
+    """Write the identity matrix times `scale`."""
     for a in range(3):
         for b in range(3):
             out[a, b] = scale if a == b else 0.0
@@ -24,7 +24,7 @@ def identity3(scale: float, out: Matrix3) -> None:
 
 @kernel
 def transpose3(A: Matrix3, out: Matrix3) -> None:
-    """A'."""
+    """Write the transpose A'."""
     for a in range(3):
         for b in range(3):
             out[a, b] = A[b, a]
@@ -32,7 +32,7 @@ def transpose3(A: Matrix3, out: Matrix3) -> None:
 
 @kernel
 def product3(A: Matrix3, B: Matrix3, out: Matrix3) -> None:
-    """A B."""
+    """Write the product A B."""
     for a in range(3):
         for b in range(3):
             out[a, b] = A[a, 0] * B[0, b] + A[a, 1] * B[1, b] + A[a, 2] * B[2, b]
@@ -40,7 +40,7 @@ def product3(A: Matrix3, B: Matrix3, out: Matrix3) -> None:
 
 @kernel
 def product3_transposed(A: Matrix3, B: Matrix3, out: Matrix3) -> None:
-    """A B'."""
+    """Write the product A B'."""
     for a in range(3):
         for b in range(3):
             out[a, b] = A[a, 0] * B[b, 0] + A[a, 1] * B[b, 1] + A[a, 2] * B[b, 2]
@@ -48,7 +48,7 @@ def product3_transposed(A: Matrix3, B: Matrix3, out: Matrix3) -> None:
 
 @kernel
 def symmetrise3(P: Matrix3) -> None:
-    """P = (P + P') / 2, in place."""
+    """Symmetrise P = (P + P') / 2, in place."""
     for a in range(3):
         for b in range(a):
             P[a, b] = P[b, a] = 0.5 * (P[a, b] + P[b, a])
@@ -56,7 +56,7 @@ def symmetrise3(P: Matrix3) -> None:
 
 @kernel
 def determinant3(A: Matrix3) -> float:
-    """det A."""
+    """Return det A."""
     return float(
         A[0, 0] * (A[1, 1] * A[2, 2] - A[1, 2] * A[2, 1])
         - A[0, 1] * (A[1, 0] * A[2, 2] - A[1, 2] * A[2, 0])
@@ -66,7 +66,7 @@ def determinant3(A: Matrix3) -> float:
 
 @kernel
 def inverse3(A: Matrix3, out: Matrix3) -> None:
-    """The inverse, by the adjugate; not finite where A has none."""
+    """Write the inverse of A by its adjugate; not finite if A is singular."""
     scale = 1.0 / determinant3(A)
     for a in range(3):
         a1, a2 = (a + 1) % 3, (a + 2) % 3
@@ -77,7 +77,7 @@ def inverse3(A: Matrix3, out: Matrix3) -> None:
 
 @kernel
 def spectral_norm3(P: Matrix3) -> float:
-    """The largest absolute eigenvalue of a symmetric matrix.
+    """Return the largest absolute eigenvalue of a symmetric matrix.
 
     The three eigenvalues are q + 2 r cos(phi + 2 k pi / 3).
 
@@ -102,7 +102,7 @@ def spectral_norm3(P: Matrix3) -> float:
 
 @kernel
 def cholesky3(P: Matrix3, out: Matrix3) -> None:
-    """The lower triangle L with L L' = P, of a positive definite matrix."""
+    """Write the lower triangle L with L L' = P of a positive definite matrix."""
     for a in range(3):
         for b in range(3):
             out[a, b] = 0.0
@@ -116,7 +116,7 @@ def cholesky3(P: Matrix3, out: Matrix3) -> None:
 
 @kernel
 def solve_lower3(L: Matrix3, B: Matrix3, out: Matrix3) -> None:
-    """L^-1 B, of a lower triangle L."""
+    """Write L^-1 B for a lower triangle L."""
     for b in range(3):
         for a in range(3):
             rest = B[a, b]

@@ -53,9 +53,9 @@ from swarm_forage_env.record import Record
 
 @kernel
 def describe_situation(belief: Belief, situation: Situation) -> None:
-    """Write areas and target in the body frame; zeros for what is unknown.
+    """Write areas and target in the body frame; zeros for unknown ones.
 
-    During the search at the believed place, the target is the rest of the way straight on.
+    During the search at the believed location, the target is the end of the straight search path.
     """
     c = s = 0.0
     if belief.known[0] or belief.known[1]:
@@ -81,7 +81,7 @@ def describe_situation(belief: Belief, situation: Situation) -> None:
 
 @kernel
 def describe_exchange(belief: Belief, exchange: Exchange) -> None:
-    """Describe the exchange that just ended, before it is merged; zeros for what is unknown."""
+    """Describe the exchange that just ended, before it is merged; zeros for unknown values."""
     for area in range(2):
         own_p = own_distance = heard_p = heard_distance = apart = 0.0
         is_told = belief.heard_weight[area] > 0.0
@@ -105,7 +105,7 @@ def describe_exchange(belief: Belief, exchange: Exchange) -> None:
 
 @kernel
 def describe(mind: SocialMind, report: Report) -> None:
-    """Write the inputs of both layers, and the report; of an exchange only if one ended."""
+    """Write the inputs of the weighting (if an exchange ended) and the motion, and the report."""
     belief = mind.belief
     if mind.exchange.is_valid:
         describe_exchange(belief, mind.exchange)
@@ -115,7 +115,7 @@ def describe(mind: SocialMind, report: Report) -> None:
 
 
 N_STEPS = {"float32": 0.0, "int16": 2.0**16, "int8": 2.0**8}
-"""Values of a word of each payload; 0: as many as a float has."""
+"""Number of values of a word of each payload; 0: not rounded."""
 
 KERNELS: Mapping[str, Kernel] = {
     "is_listening": is_listening,
@@ -128,14 +128,14 @@ KERNELS: Mapping[str, Kernel] = {
     "merge": merge,
     "has_something_to_say": has_something_to_say,
 }
-"""The functions of social odometry that the templates of a tick name."""
+"""Functions of social odometry bound to the free names of the tick."""
 
 
 @ESTIMATORS.register("social_odometry")
 class SocialOdometryParameters(Parameters):
-    """Social odometry: robots tell each other where they believe the areas to be.
+    """Social odometry: robots exchange their estimates of the areas.
 
-    Its parameters are what the papers leave open. A subclass names other records or functions.
+    A subclass replaces records or functions.
     """
 
     mind: ClassVar[type[Record]] = SocialMind
@@ -190,12 +190,12 @@ class SocialOdometryParameters(Parameters):
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario."""
+        """Return the records and functions of the estimator, with its parameters in a scenario."""
         numbers, own = self.numbers(scenario), self.own_rule.layer(scenario)
         return EstimatorLayer(self.mind, numbers, self.kernels, observe_world, own_weighting=own)
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
-        """The parameters as kernels read them, those of subclasses included; times in ticks."""
+        """Return the parameters of the kernels, those of subclasses included; times in ticks."""
         tick, times = scenario.tick, ("refractory", "pause", "deaf_when_lost")
         own = {name: each for name, each in self if isinstance(each, int | float)}
         return {name: each for name, each in own.items() if name not in times} | {
