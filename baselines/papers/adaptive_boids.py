@@ -1,7 +1,7 @@
 """Smith et al. 2021 (BOIDS): 36 experiments, each 100 times, and every figure of results.
 
 Three rule sets (goal only, static, adaptive gains), three estimators (dead reckoning, covariance
-intersection, a decentralised EKF) and four group sizes, in two settings: `authors`, what produced
+intersection, a decentralised EKF) and four group sizes, in two settings: `authors`, the code behind
 the figures, and `corrected`, textbook filters. The values of the experiments with 5, 10 and 50
 robots are the authors' own, over all 100 trials; those with 25 robots are predicted.
 
@@ -39,7 +39,7 @@ from baselines.papers.paper import Paper
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 SIZES = (5, 10, 25, 50)
-SIDE = 10.0  # of the world [m]
+SIDE = 10.0  # side of the world [m]
 
 RULES = ("goal", "static", "adaptive")
 ESTIMATORS = {
@@ -49,23 +49,23 @@ ESTIMATORS = {
 }
 SETTINGS = ("authors", "corrected")
 
-TRIALS = 100  # of each experiment
-ERRORS = 3.0  # standard errors within which a published mean is met
-RMS = 1.3  # most that the deviations, in standard errors, may have as their root mean square
+TRIALS = 100  # trials of each experiment
+ERRORS = 3.0  # largest deviation from a published mean, in standard errors
+RMS = 1.3  # largest root mean square of the deviations, in standard errors
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A metric of a waypoint episode, with its published column and its words."""
+    """Metric of a waypoint episode, with its published column and its names."""
 
-    field: str  # of the episode
-    column: str  # of the published values
+    field: str  # field of the episode
+    column: str  # column of the published values
     words: str
     axis: str
     factor: float = 1.0
 
     def __call__(self, episode: object) -> float:
-        """The metric's value for an episode; NaN where there is none."""
+        """Return the metric of an episode; NaN if the episode has none."""
         value = vars(episode)[self.field]
         return math.nan if value is None else self.factor * float(value)
 
@@ -79,11 +79,11 @@ MEASURES = (
 COVARIANCE, ERROR, GOALS, SUCCESS = MEASURES
 
 
-Cell = tuple[str, str, int]  # estimator, rule and group size of an experiment of a setting
+Cell = tuple[str, str, int]  # estimator, rule and group size of an experiment
 
 
 def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Experiment:
-    """One of the 36 experiments of a setting."""
+    """Return one of the 36 experiments of a setting."""
     tolerance = setting == "corrected" or (rule == "adaptive" and size == SIZES[-1])
     return Experiment(
         f"waypoints-{size:02d}-authors",
@@ -93,7 +93,7 @@ def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Expe
 
 
 def all_experiments(setting: str) -> tuple[Experiment, ...]:
-    """The 36 experiments of a setting."""
+    """Return the 36 experiments of a setting."""
     return tuple(boids_experiment(setting, *each) for each in product(ESTIMATORS, RULES, SIZES))
 
 
@@ -109,9 +109,9 @@ PUBLISHED: Mapping[Cell, Mapping[str, tuple[float, float]]] = {
 
 
 def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
-    """Deviation of our mean from a published one, in standard errors of the difference.
+    """Return the deviation of our mean from a published one, in standard errors of the difference.
 
-    NaN where no trial of ours has a value.
+    NaN if none of our trials has a value.
 
     >>> round(deviation([1.0, 3.0], 0.0, 0.0), 6)
     2.828427
@@ -131,7 +131,7 @@ class MeanMatches(Claim):
 
     @property
     def text(self) -> str:  # type: ignore[override]
-        """The measure and the experiment in words."""
+        """Measure and experiment in words."""
         estimator, rule, size = self.cell
         return f"authors: {self.measure.words}, {ESTIMATORS[estimator]}, {rule}, {size} robots"
 
@@ -141,7 +141,7 @@ class MeanMatches(Claim):
         return (boids_experiment("authors", *self.cell),)
 
     def deviation(self, results: Results) -> float:
-        """The deviation from the published mean, in standard errors."""
+        """Return the deviation from the published mean, in standard errors."""
         mean, sd = PUBLISHED[self.cell][self.measure.column]
         return deviation(present(results, self.experiments[0], self.measure), mean, sd)
 
@@ -153,7 +153,7 @@ class MeanMatches(Claim):
 
 @dataclass(frozen=True)
 class AllMeansMatch(Claim):
-    """Claim: the root mean square of all deviations is as small as chance makes it."""
+    """Claim: the root mean square of all deviations is at most `RMS`."""
 
     parts: tuple[MeanMatches, ...]
 
@@ -187,7 +187,7 @@ class NoDivergence(Claim):
 
 
 def orders(setting: str) -> Iterator[Order]:
-    """Claims: the orders of rules and estimators that the paper sees in its figures (Section 4)."""
+    """Yield the orders of rules and estimators that the paper sees in its figures (Section 4)."""
     of = partial(boids_experiment, setting)
     for measure, higher, lower, n_estimators in (
         (COVARIANCE, "goal", "static", 3), (COVARIANCE, "static", "adaptive", 3),
@@ -221,12 +221,12 @@ CLAIMS = (
     NoDivergence(all_experiments("corrected")),
     *(order for setting in SETTINGS for order in orders(setting)),
 )
-"""Published means, deviations, divergences, and orders."""
+"""Claims: published means, deviations, divergences, and orders."""
 
 
 @dataclass(frozen=True)
 class OverDensity(PaperFigure):
-    """Figure of a measure over the density of robots, a panel for each estimator."""
+    """Figure of a measure over the density of robots, with a panel for each estimator."""
 
     name: str
     caption: str

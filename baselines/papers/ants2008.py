@@ -36,9 +36,9 @@ LOCAL = f"ssgiff:beta={PUBLISHED_BETA:g}"
 SIZES = (2, 5, 10, 15, 20, 30, 40, 50)  # robots in a group
 
 BEND, FEW, MANY = 10, SIZES[0], 30
-"""Where the gain begins to rise more slowly; few, and many robots."""
+"""Size from which the gain rises more slowly; size of few robots; least size of many robots."""
 
-CONTROLLERS = {  # by the names of ANTS 5
+CONTROLLERS = {  # by their names in ANTS 5
     "no communication": "nc",
     "no odometry error": "no-error",
     "covariance knowledge": "covariance",
@@ -48,24 +48,24 @@ CONTROLLERS = {  # by the names of ANTS 5
 
 
 def experiment_of_size(controller: str, size: int) -> Experiment:
-    """The experiment of a controller with a group of `size` robots."""
+    """Return the experiment of a controller with a group of `size` robots."""
     return Experiment(SCENARIO, controller, (f"task.n_robots={size}",))
 
 
 def slope(results: Results, sizes: Sequence[int]) -> list[float]:
-    """Round trips gained per robot added, for each seed: a linear fit over these sizes."""
+    """Return the round trips gained per added robot for each seed, by a linear fit over sizes."""
     trips = [sample(results, experiment_of_size(LOCAL, size), round_trips) for size in sizes]
     return [float(each) for each in np.polyfit(sizes, np.array(trips), 1)[0]]
 
 
 def slopes(results: Results) -> tuple[list[float], list[float]]:
-    """Round trips gained per robot below the bend and above it, for each seed."""
+    """Return the round trips gained per robot for each seed, below the bend and above it."""
     bend = SIZES.index(BEND)
     return slope(results, SIZES[: bend + 1]), slope(results, SIZES[bend:])
 
 
 def claims() -> list[Claim]:
-    """Every claim of ANTS 5."""
+    """Return every claim of ANTS 5."""
     local = Experiment(SCENARIO, LOCAL)
     at_size = partial(experiment_of_size, LOCAL)
     perfect = tuple((experiment_of_size("no-error", size), at_size(size)) for size in SIZES)
@@ -102,7 +102,7 @@ def claims() -> list[Claim]:
 
 
 def figures() -> list[PaperFigure]:
-    """ANTS Figures 2a, 2b, 3a in both readings, and 3b."""
+    """Return ANTS Figures 2a, 2b, 3a in both readings, and 3b."""
     two = "no communication", "local communication"
     three = "no odometry error", "local communication", "no communication"
 

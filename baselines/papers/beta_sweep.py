@@ -18,32 +18,32 @@ from baselines.papers.experiments import (
 BETAS = tuple(10.0**decade for decade in range(-5, 3))
 """Steepness of the Fermi function [1/cm]: "8 values in [1e-5, 100]" (TR 6.1.2)."""
 
-RESAMPLES = 2000  # of the seeds, for the interval of the best beta
+RESAMPLES = 2000  # bootstrap samples of the seeds, for the interval of the best beta
 
 
 @dataclass(frozen=True)
 class BetaSweep:
-    """The experiments of one filter under every beta."""
+    """Experiments of one filter with every beta."""
 
     scenario: str
     filter: str = "ssgiff"
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
-        """One experiment for each beta, in their order."""
+        """One experiment for each beta, in the order of `BETAS`."""
         return tuple(self.at(beta) for beta in BETAS)
 
     @property
     def best(self) -> CrossValidatedBest:
-        """The best beta by cross-validation over seeds."""
+        """Best beta by cross-validation over seeds."""
         return CrossValidatedBest(self.experiments)
 
     def at(self, beta: float) -> Experiment:
-        """The experiment of the filter under this beta."""
+        """Return the experiment of the filter with this beta."""
         return Experiment(self.scenario, f"{self.filter}:beta={beta:g}")
 
     def optimum(self, results: Results) -> Estimate:
-        """The beta with the most round trips; its interval is a bootstrap over seeds."""
+        """Return the beta with the most round trips; its interval is a bootstrap over seeds."""
         trips = np.array(
             [sample(results, experiment, round_trips) for experiment in self.experiments]
         )
@@ -69,7 +69,7 @@ class BestBeta(DecidableClaim):
         return self.published, ours, same, None
 
     def effects(self, results: Results) -> list[Effect]:
-        """The published beta makes more round trips than every other."""
+        """Return the effects: the published beta makes more round trips than every other."""
         best = self.sweep.at(self.published)
         return [
             order_effect(*(sample(results, each, round_trips) for each in (best, other)))
@@ -91,7 +91,7 @@ class OptimumInsideRange(DecidableClaim):
         return f"{BETAS[1]:g} to {BETAS[-2]:g}", ours, inside, None
 
     def effects(self, results: Results) -> list[Effect]:
-        """The best beta inside makes more round trips than either end."""
+        """Return the effects: the best beta inside makes more round trips than either end."""
         smallest, *inside, largest = self.sweep.experiments
         best = sample(results, CrossValidatedBest(tuple(inside)), round_trips)
         return [
@@ -101,7 +101,7 @@ class OptimumInsideRange(DecidableClaim):
 
 @dataclass(frozen=True)
 class OtherBetasBelow(Above):
-    """Claim: every beta but the best stays below a reference; shown is the largest ratio."""
+    """Claim: every beta but the best is below a reference; the largest ratio is shown."""
 
     text: str
     sweep: BetaSweep
@@ -114,7 +114,7 @@ class OtherBetasBelow(Above):
         return "< 1", largest, is_below, p
 
     def effects(self, results: Results) -> list[Effect]:
-        """The reference makes more round trips than every beta but the best of these episodes."""
+        """Return the effects: the reference makes more round trips than every beta but the best."""
         best = self.sweep.at(self.sweep.optimum(results).value)
         base = sample(results, self.reference, round_trips)
         return [

@@ -1,4 +1,4 @@
-"""Boids that forage: round trips and localisation error of each motion over each estimator.
+"""Boids in foraging: round trips and localisation error of each motion over each estimator.
 
 Not in the papers: the experiment itself. Motions of BOIDS 3, the subsumption of TR 5.1 and a
 learned motion, over the filters of social odometry (TR 4), covariance intersection (BOIDS 2.2) and
@@ -31,7 +31,7 @@ ARENAS = ("es1", "es2")
 MOTIONS = ("subsumption", "boids-goal", "boids-static", "boids-adaptive", "learned-motion")
 
 PATH, DEVIATION = 10.0, 1.3
-"""The p at which adaptive boids trust nothing any more, as a path and as a deviation [m]."""
+"""p from which adaptive boids trust no estimate, as a path and as a standard deviation [m]."""
 
 ESTIMATORS: Mapping[str, tuple[str, float]] = {
     "SGIKF": ("estimator=social_odometry,weighting=sgikf", PATH),
@@ -39,11 +39,11 @@ ESTIMATORS: Mapping[str, tuple[str, float]] = {
     "covariance intersection": ("estimator=covariance_intersection,weighting=filter", DEVIATION),
     "dead reckoning": ("estimator=dead_reckoning,weighting=filter", DEVIATION),
 }
-"""Layers below the motion, and the p at which adaptive boids trust nothing, by estimator."""
+"""Layers below the motion, and p from which adaptive boids trust no estimate, by estimator."""
 
 
 def localisation_error(episode: ForagingEpisode) -> float:
-    """Metric: mean error of the areas that robots know of [cm]; NaN if they never knew any."""
+    """Metric: mean error of the known areas [cm]; NaN if no robot ever knew one."""
     error = episode.localisation_error_m
     return math.nan if error is None else 100.0 * error
 
@@ -52,14 +52,14 @@ WORDS = {round_trips: "", localisation_error: ", localisation error"}
 
 
 def pair(arena: str, motion: str, estimator: str) -> Experiment:
-    """The experiment of one motion over one estimator."""
+    """Return the experiment of one motion over one estimator."""
     layers, trust = ESTIMATORS[estimator]
     gains = f",trust={trust:g}" if motion == "boids-adaptive" else ""
     return Experiment(arena, f"{motion}:{layers}{gains}")
 
 
 def base(arena: str) -> Experiment:
-    """The pair that all are held against: `ssgikf`."""
+    """Return the experiment that all others are compared with: `ssgikf`."""
     return pair(arena, "subsumption", "SGIKF")
 
 
@@ -77,7 +77,7 @@ ACROSS_MOTIONS = [
         ("dead reckoning", "covariance intersection", localisation_error),
     )
 ]
-"""The orders of estimators, each under every motion."""
+"""Orders of the estimators, each with every motion."""
 
 ACROSS_ESTIMATORS = [
     Order(
@@ -94,7 +94,7 @@ ACROSS_ESTIMATORS = [
         ("boids-goal", "boids-adaptive", localisation_error),
     )
 ]
-"""The orders of motions, each over every estimator."""
+"""Orders of the motions, each with every estimator."""
 
 
 CAPTION = "Round trips of ssgikf, and of each motion over each estimator as a multiple of them."
@@ -107,11 +107,11 @@ RATIOS = {
     }
     for arena in ARENAS
 }
-"""Round trips of every pair, a panel for each arena."""
+"""Each pair and its base, by arena, motion and estimator."""
 
 
 def table(results: Results) -> str:
-    """Tables with 95 % intervals: round trips, localisation error, and the ratios of the orders."""
+    """Return tables with 95 % intervals: round trips, localisation error, ratios of the orders."""
     return "\n\n".join((
         _means(results, "round trips", round_trips),
         _means(results, "error [cm]", localisation_error),
@@ -130,7 +130,7 @@ def _means(results: Results, name: str, metric: Metric) -> str:
 
 
 def _mean(results: Results, experiment: Experiment, metric: Metric) -> str:
-    """A mean, marked by whether it is better than that of `ssgikf`."""
+    """Return a mean, marked if it is better or worse than that of `ssgikf`."""
     ours, bases = present_pairs(results, experiment, base(experiment.scenario), metric)
     mean = mean_interval(ours)
     if metric is round_trips:
@@ -154,7 +154,7 @@ def _ratio(more: Sequence[float], less: Sequence[float]) -> str:
 def _marked(
     estimate: Estimate | None, digits: int, more: Sequence[float], less: Sequence[float]
 ) -> str:
-    """An estimate with its interval; bold if one sample is above the other, a dagger if below."""
+    """Format an estimate with its interval; bold if `more` is above `less`, a dagger if below."""
     if estimate is None:
         return "-"
     value, low, high = (f"{each:.{digits}f}" for each in (estimate.value, *estimate.ends))
@@ -174,4 +174,4 @@ CLAIMS = (*ACROSS_MOTIONS, *ACROSS_ESTIMATORS)
 FIGURES = (RatioMaps("boids_foraging", CAPTION, RATIOS),)
 
 PAPER = Paper("boids-foraging", CLAIMS, FIGURES, 30, LEFT_OPEN, table)
-"""The experiment of every motion over every estimator."""
+"""Experiment of every motion over every estimator."""

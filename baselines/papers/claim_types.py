@@ -1,7 +1,7 @@
 """Types of claims: a number, a bound, a share, a ratio, an order, no difference.
 
-Reproduced means: a number within 20 % (15 % for es1) of the published one, its 95 % interval
-touching that band; a share within 10 points; an order with a Mann-Whitney p below 0.01.
+Reproduced is a number within 20 % (15 % for es1) of the published one whose 95 % interval touches
+that band, a share within 10 points, and an order with a Mann-Whitney p below 0.01.
 """
 
 import math
@@ -22,91 +22,91 @@ from baselines.papers.experiments import (
 )
 
 SIGNIFICANT = 0.01
-"""An ordering holds if its Mann-Whitney p is below this."""
+"""An order holds if its Mann-Whitney p is below this."""
 
 ROUND_OFF = 1e-9
-"""A number on the edge of its band is inside."""
+"""Tolerance at the ends of a range, so that a value on an end is inside."""
 
 INDISTINCT = 0.05
 """Two samples do not differ significantly if their Mann-Whitney p is at least this."""
 
 POINTS = 0.10
-"""How far a share may lie from the published one."""
+"""Largest deviation of a share from the published one."""
 
 MARGIN = 0.03
 """Two means are equivalent if their ratio lies within 1 - MARGIN and 1 + MARGIN."""
 
 
 def shown(value: float) -> str:
-    """A number of a claim in a table."""
+    """Format a value of a claim for a table."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
 @dataclass(frozen=True)
 class ClaimResult:
-    """The result of one claim: a row of the claims table."""
+    """Result of one claim: a row of the claims table."""
 
     claim: str
     published: float | str
-    """The number of the paper, or the range or order it states."""
+    """Number in the paper, or the range or order that it states."""
     ours: float | None
-    """None where nothing can be said: a ratio to zero."""
+    """Measured value; None if it is undefined: a ratio to zero."""
     low: float | None
-    """Ends of the 95 % interval; None where all values are equal, or there is one only."""
+    """Lower end of the 95 % interval; both ends are None for equal values or a single one."""
     high: float | None
     reproduced: bool
     p: float | None = None
-    """Of a comparison: its Mann-Whitney p, the largest one of several."""
+    """Mann-Whitney p of a comparison; the largest of several."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What a claim says of one mean, or of the ratio of two: that it lies from `low` to `high`."""
+    """Statement that one mean, or the ratio of two means, lies from `low` to `high`."""
 
     values: Sequence[float]
-    """A number for each seed."""
+    """A value for each seed."""
     base: Sequence[float]
-    """The same of the other side; ones for a mean."""
+    """Values of the other side; ones for a mean."""
     low: float
     high: float
     is_mean: bool = False
 
     @property
     def estimate(self) -> Estimate | None:
-        """The mean, or the ratio of the means; None without values, and for a ratio to zero."""
+        """Mean, or ratio of the means; None without values, and for a ratio to zero."""
         if self.is_mean:
             return mean_interval(self.values)
         return compare(self.values, self.base).ratio
 
     @property
     def says(self) -> str:
-        """The range in words: `> 1`."""
+        """Range in words: `> 1`."""
         if math.isinf(self.high):
             return f"> {self.low:g}"
         return f"< {self.high:g}" if math.isinf(self.low) else f"{self.low:g} to {self.high:g}"
 
 
 def mean_effect(values: Sequence[float], low: float, high: float) -> Effect:
-    """What is said of a mean."""
+    """Return the effect that a mean lies in a range."""
     return Effect(values, [1.0] * len(values), low, high, is_mean=True)
 
 
 def order_effect(higher: Sequence[float], lower: Sequence[float]) -> Effect:
-    """That one mean lies above another."""
+    """Return the effect that one mean lies above another."""
     return Effect(higher, lower, 1.0, math.inf)
 
 
 Verdict = tuple[float | str, Estimate | None, bool, float | None]
-"""What was published, what is ours, whether it is reproduced, and the p of a comparison."""
+"""Published value, our estimate, whether it is reproduced, and the p of a comparison."""
 
 
 class Claim(UsesFields):
-    """Base of the claims: a statement of a paper, with its `text`, that can be measured here."""
+    """Base of the claims: a statement of a paper, `text`, that can be measured here."""
 
     text: str
 
     def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+        """Judge the claim by these results."""
         published, ours, reproduced, p = self._verdict(results)
         if ours is None:
             return ClaimResult(self.text, published, None, None, None, reproduced=False)
@@ -121,30 +121,30 @@ class DecidableClaim(Claim):
     """Base of the claims that more episodes can decide (`baselines.papers.sequential`)."""
 
     def effects(self, results: Results) -> Sequence[Effect]:
-        """The effects of the claim, all of which must lie where it says."""
+        """Return the effects of the claim, all of which must lie in their ranges."""
         raise NotImplementedError
 
 
 def within(ours: Estimate, low: float, high: float) -> bool:
-    """Whether the value lies in the band, and its interval touches the band."""
+    """Return whether the value lies in the band, and its interval touches the band."""
     start, end = ours.ends
     inside = low - ROUND_OFF <= ours.value <= high + ROUND_OFF
     return inside and start <= high + ROUND_OFF and end >= low - ROUND_OFF
 
 
 def above(comparison: Comparison) -> bool:
-    """Whether the first sample of a comparison lies above the second one, with p < 0.01."""
+    """Return whether the first sample of a comparison lies above the second one, with p < 0.01."""
     p = comparison.p
     return comparison.difference.value > 0.0 and p is not None and p < SIGNIFICANT
 
 
 Quantity = Source | Pool | tuple[Source | Pool, Source | Pool]
-"""What a claim gives the mean of; of two sources it gives the ratio of their means."""
+"""Source of a mean, or two sources of a ratio of means."""
 
 
 @dataclass(frozen=True)
 class InRange(DecidableClaim):
-    """Claim: each mean, or ratio of two, is in a range; that farthest from its middle is shown."""
+    """Claim: each mean, or ratio of two, is in a range; the farthest from its middle is shown."""
 
     text: str
     sources: tuple[Quantity, ...]
@@ -161,7 +161,7 @@ class InRange(DecidableClaim):
         return self.published, worst, inside, None
 
     def effects(self, results: Results) -> list[Effect]:
-        """Each mean, or ratio of two, lies in the range."""
+        """Return the effects: each mean, or ratio of two, lies in the range."""
         ends = self.low, self.high
         return [
             Effect(*both(results, *each, self.metric), *ends)
@@ -178,13 +178,13 @@ def number(
     tolerance: float = 0.20,
     metric: Metric = round_trips,
 ) -> InRange:
-    """Claim: a mean, or the ratio of two, is near a published number."""
+    """Return the claim that a mean, or the ratio of two, is near a published number."""
     margin = tolerance * published
     return InRange(text, (source,), published, published - margin, published + margin, metric)
 
 
 def below(text: str, source: Source, bound: float) -> InRange:
-    """Claim: the mean of the round trips is less than a published bound."""
+    """Return the claim that the mean of the round trips is less than a published bound."""
     return InRange(text, (source,), f"< {bound:g}", -math.inf, bound)
 
 
@@ -194,14 +194,14 @@ def share(
     published: tuple[float, float],
     metric: Metric = on_path,
 ) -> InRange:
-    """Claim: every share lies in a published range, 10 points allowed on either side."""
+    """Return the claim that every share lies in a published range, extended by 10 points."""
     low, high = published
     said = low if low == high else f"{low:g} to {high:g}"
     return InRange(text, sources, said, low - POINTS, high + POINTS, metric)
 
 
 class Above(DecidableClaim):
-    """Base of the claims that samples lie above others; shown is the least ratio."""
+    """Base of the claims that samples lie above others; the least ratio is shown."""
 
     def _verdict(self, results: Results) -> Verdict:
         effects = self.effects(results)
@@ -216,38 +216,38 @@ class Above(DecidableClaim):
 
 @dataclass(frozen=True)
 class Order(Above):
-    """Claim: one sample lies above another one, in every pair."""
+    """Claim: in every pair, one sample lies above the other."""
 
     text: str
     pairs: tuple[tuple[Source, Source], ...]
-    """Higher, lower."""
+    """Pairs of the higher and the lower source."""
     metric: Metric = round_trips
 
     def effects(self, results: Results) -> list[Effect]:
-        """In every pair one lies above the other."""
+        """Return the effects: in every pair, one mean lies above the other."""
         sides = (present_pairs(results, *each, self.metric) for each in self.pairs)
         return [order_effect(*each) for each in sides]
 
 
 @dataclass(frozen=True)
 class Contrast(Above):
-    """Claim: a number of each seed, such as a slope, is larger in one place than another."""
+    """Claim: a value of each seed, such as a slope, is larger in one condition than in another."""
 
     text: str
     sources: tuple[Experiment, ...]
     contrast: Callable[[Results], tuple[list[float], list[float]]]
-    """Larger, smaller: each a number for each seed."""
+    """Returns the larger and the smaller values, one for each seed."""
 
     def effects(self, results: Results) -> list[Effect]:
-        """The mean of the larger numbers lies above the other."""
+        """Return the effect: the mean of the larger values lies above the other."""
         return [order_effect(*self.contrast(results))]
 
 
 @dataclass(frozen=True)
 class NoDifference(DecidableClaim):
-    """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio.
+    """Claim: two samples do not differ (Mann-Whitney p >= 0.05); their ratio is shown.
 
-    It does not hold of values that are all equal, as of episodes too short for a recruitment.
+    The claim fails if all values are equal, as in episodes too short for a recruitment.
     """
 
     text: str
@@ -261,7 +261,7 @@ class NoDifference(DecidableClaim):
         return 1.0, comparison.ratio, same, comparison.p
 
     def effects(self, results: Results) -> list[Effect]:
-        """The two means are equivalent."""
+        """Return the effect: the two means are equivalent."""
         sides = both(results, self.one, self.other, self.metric)
         return [Effect(*sides, 1.0 - MARGIN, 1.0 + MARGIN)]
 
@@ -269,14 +269,14 @@ class NoDifference(DecidableClaim):
 def both(
     results: Results, one: Source | Pool, other: Source | Pool, metric: Metric
 ) -> tuple[list[float], list[float]]:
-    """The metric of both sources for each seed."""
+    """Return the metric of both sources for each seed."""
     return sample(results, one, metric), sample(results, other, metric)
 
 
 def present_pairs(
     results: Results, one: Source, other: Source, metric: Metric
 ) -> tuple[list[float], list[float]]:
-    """The metric of both sources, for each seed under which both have one."""
+    """Return the metric of both sources for each seed for which both have one."""
     pairs = zip(*both(results, one, other, metric), strict=True)
     finite = [(a, b) for a, b in pairs if not (math.isnan(a) or math.isnan(b))]
     return [a for a, _ in finite], [b for _, b in finite]

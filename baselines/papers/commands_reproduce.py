@@ -1,4 +1,4 @@
-"""The command `reproduce`: every claim and figure of a paper, from its own episodes."""
+"""Command `reproduce`: every claim and figure of a paper, from episodes run for it."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -21,13 +21,13 @@ from baselines.evaluation.common_options import (
     find_backend,
 )
 
-QUICK_EPISODES = 6  # replications of each experiment: the fewest that can show an order
+QUICK_EPISODES = 6  # replications of each experiment: the least number that can show an order
 
 
 PAPER_NAMES = (
     "social-odometry", "ants2008", "adaptive-boids", "boids-foraging", "robustness", "transfer",
 )  # fmt: skip
-"""Names of the papers, which are not loaded to complete them."""
+"""Names of the papers, listed here so that completion need not load the papers."""
 
 
 def reproduce(  # noqa: PLR0913 the options of a command
@@ -75,20 +75,20 @@ def reproduce(  # noqa: PLR0913 the options of a command
 
     **social-odometry**: the technical report of social odometry (Gutiérrez et al. 2009).
 
-    **ants2008**: the first paper on it (Gutiérrez et al. 2008).
+    **ants2008**: the first paper on social odometry (Gutiérrez et al. 2008).
 
     **adaptive-boids**: boids rules for localisation (Smith et al. 2021).
 
-    **boids-foraging**: each motion over each estimator where robots forage; no paper has it.
+    **boids-foraging**: each motion over each estimator in foraging; not from a paper.
 
-    **robustness**: every weighting rule among faulty robots and liars; no paper has it.
+    **robustness**: every weighting rule with faulty robots and liars; not from a paper.
 
-    **transfer**: every bundled policy in 49 worlds, most not of its training; no paper has it.
+    **transfer**: every bundled policy in 49 worlds, most of them new to it; not from a paper.
 
     Prints the expected time before it starts. Finished blocks of episodes are written to --out;
     a stopped run repeats at most the unfinished blocks. With --episodes=adaptive the page is
-    written after each look at the claims, with those that are undecided so far. The exit status is
-    0 whether or not the claims hold, and 1 if kept episodes are gone at the end.
+    written after each look at the claims, undecided ones included. The exit status is 0 whether or
+    not the claims hold, and 1 if stored episodes are missing at the end.
     """
     from baselines.evaluation.console import say
     from baselines.evaluation.runner import check_kept

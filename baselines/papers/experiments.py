@@ -1,4 +1,4 @@
-"""Experiments of a paper: a controller on a scenario, and how samples are drawn from them."""
+"""Experiments of a paper, each a controller on a scenario, and the samples drawn from them."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,12 +16,12 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 
-Metric = Callable[[ForagingEpisode], float]  # a number of an episode
-FOLDS = 2  # groups of seeds: what is chosen on one is scored on the others
+Metric = Callable[[ForagingEpisode], float]  # value of an episode
+FOLDS = 2  # groups of seeds of a cross-validation
 
 
 class UsesFields:
-    """Base of a dataclass that uses the experiments in its fields: alone, in tuples or mappings."""
+    """Base of a dataclass whose fields hold experiments: single ones, tuples or mappings."""
 
     @property
     def experiments(self) -> "tuple[Experiment, ...]":
@@ -43,8 +43,8 @@ class Experiment:
 
     scenario: str
     controller: str
-    settings: tuple[str, ...] = ()  # numbers of the scenario to change: `task.n_robots=5`
-    physics: str | None = None  # its own engine, whatever that of the others is
+    settings: tuple[str, ...] = ()  # changes of the scenario: `task.n_robots=5`
+    physics: str | None = None  # its own engine; None: that of the others
 
     @property
     def experiments(self) -> tuple["Experiment", ...]:
@@ -52,11 +52,11 @@ class Experiment:
         return (self,)
 
     def draw(self, results: "Results") -> list[ForagingEpisode]:
-        """The episodes of this experiment."""
+        """Return the episodes of this experiment."""
         return list(results[self])
 
     def configuration(self, physics: str | None, settings: Sequence[str] = ()) -> ExperimentConfig:
-        """The configuration of its episodes; settings change the scenario."""
+        """Return the configuration of its episodes; settings change the scenario."""
         changes = parse_settings(settings) | parse_settings(self.settings)
         with of_option("--set: "):
             scenario = find_scenario(self.scenario, changes)
@@ -66,27 +66,27 @@ class Experiment:
 
 
 Results = Mapping[Experiment, Sequence[ForagingEpisode]]
-"""The episodes of every experiment, all under the same seeds in the same order."""
+"""Episodes of every experiment, all with the same seeds in the same order."""
 
 
 @dataclass(frozen=True)
 class CrossValidatedBest:
     """Best parameter by two-fold cross-validation over seeds, to avoid selection bias.
 
-    The seeds are split in two halves; the best experiment of one half is scored on the other half,
-    and the other way round. So every seed is scored once, by an experiment chosen without it.
+    The seeds are split into two halves; the best experiment of each half is scored on the other
+    half. Every seed is thus scored once, by an experiment that was chosen without it.
     """
 
     experiments: tuple[Experiment, ...]
 
     def draw(self, results: Results) -> list[ForagingEpisode]:
-        """For each seed, the episode of the experiment that is best on the other half."""
+        """Return for each seed the episode of the experiment that is best on the other half."""
         n_seeds = len(results[self.experiments[0]])
         chosen = [self.experiments[index] for index in self.choices(results)]
         return [results[chosen[seed % len(chosen)]][seed] for seed in range(n_seeds)]
 
     def choices(self, results: Results) -> list[int]:
-        """For each half, the index of the experiment that is best on the other half."""
+        """Return for each half the index of the experiment that is best on the other half."""
         score = np.array([sample(results, each, round_trips) for each in self.experiments])
         if score.shape[1] < FOLDS:
             return [int(score.sum(axis=1).argmax())]
@@ -95,25 +95,25 @@ class CrossValidatedBest:
 
 
 Source = Experiment | CrossValidatedBest
-"""What gives one episode for each seed, in their order."""
+"""Source of one episode for each seed, in the order of the seeds."""
 
 
 @dataclass(frozen=True)
 class Pool(UsesFields):
-    """Several sources taken together: a seed counts with its mean over them."""
+    """Several sources taken together: the value of a seed is its mean over them."""
 
     sources: tuple[Source, ...]
 
 
 def sample(results: Results, source: Source | Pool, metric: Metric) -> list[float]:
-    """The metric of a source for each seed, in the order of the seeds."""
+    """Return the metric of a source for each seed, in the order of the seeds."""
     sources = source.sources if isinstance(source, Pool) else (source,)
     drawn = [[metric(episode) for episode in each.draw(results)] for each in sources]
     return [float(value) for value in np.mean(drawn, axis=0)]
 
 
 def present(results: Results, source: Source | Pool, metric: Metric) -> list[float]:
-    """The metric of a source for each seed that has one: NaN is left out."""
+    """Return the metric of a source for each seed that has one: NaN is left out."""
     return [value for value in sample(results, source, metric) if not math.isnan(value)]
 
 
@@ -123,12 +123,12 @@ def round_trips(episode: ForagingEpisode) -> float:
 
 
 def on_path(episode: ForagingEpisode) -> float:
-    """Metric: share of the robots on the path in the second half."""
+    """Metric: share of the robots on the path in the second half of the episode."""
     return episode.on_path_share
 
 
 def recruitment_time(episode: ForagingEpisode) -> float:
-    """Metric: time until all robots had visited both areas [s]; else the whole episode."""
+    """Metric: time until all robots had visited both areas [s], at most the duration."""
     time = episode.recruitment_time_s
     return episode.duration_s if time is None else time
 

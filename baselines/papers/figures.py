@@ -37,23 +37,23 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
 """Files of each figure, by page style."""
 
-WIDEST = 1.5  # the colours of a heat map end at 2^1.5 times as many, and as few
-DARK = 0.9  # from here on the colours of a heat map are dark
-Against = tuple[Source, Source]  # a source, and the base that it is held against
+WIDEST = 1.5  # |log2 ratio| at which the colours of a heat map end
+DARK = 0.9  # |log2 ratio| from which the colours of a heat map are dark
+Against = tuple[Source, Source]  # a source, and the base that it is compared with
 
 
 class PaperFigure(UsesFields):
     """Base of the figures of a paper."""
 
-    name: str  # of the file, without ending: `tr14`
+    name: str  # name of the file without ending: `tr14`
     caption: str  # without the command
-    reading: ClassVar[str] = ""  # how boxes, bands or bars are to be read
+    reading: ClassVar[str] = ""  # meaning of boxes, bands or bars
     counted: ClassVar[str] = "episodes"
 
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption.
 
-        All experiments have as many episodes.
+        All experiments must have the same number of episodes.
         """
         n = len(next(iter(results.values())))
         text = f"{self.caption} {self.reading}".rstrip()
@@ -65,13 +65,13 @@ class PaperFigure(UsesFields):
 
 @dataclass(frozen=True)
 class Boxes(PaperFigure):
-    """Box plots of a metric, a panel for each setup."""
+    """Box plots of a metric, with a panel for each setup."""
 
     name: str
     caption: str
     axes: tuple[str, str]  # names of x and y
     panels: Mapping[str, Mapping[str, Mapping[str, Source]]]  # by panel, tick of x and series
-    metric: Metric = round_trips  # NaN leaves an episode out
+    metric: Metric = round_trips  # episodes with NaN are left out
     reading: ClassVar[str] = BOXES
 
     def _draw(self, results: Results, caption: Caption) -> Figure:
@@ -95,7 +95,7 @@ class Boxes(PaperFigure):
 
 @dataclass(frozen=True)
 class Curves(PaperFigure):
-    """Mean curves over time or number of robots, a panel for each setup."""
+    """Mean curves over time or number of robots, with a panel for each setup."""
 
     name: str
     caption: str
@@ -117,12 +117,12 @@ class Curves(PaperFigure):
 
 @dataclass(frozen=True)
 class RatioMaps(PaperFigure):
-    """Heat maps of round trips as a multiple of those of a base, a panel for each setup."""
+    """Heat maps of round trips as a multiple of those of a base, with a panel for each setup."""
 
     name: str
     caption: str
     panels: Mapping[str, Mapping[str, Mapping[str, Against]]]
-    """By panel, row and column; of a base against itself its round trips are shown."""
+    """Source and base by panel, row and column; a base against itself shows its round trips."""
     reading: ClassVar[str] = "White: as many; blue: more; red: fewer."
 
     def _draw(self, results: Results, caption: Caption) -> Figure:
@@ -150,18 +150,18 @@ def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]
 
 
 def mean_trips(results: Results, source: Source) -> float:
-    """The mean of the round trips of a source."""
+    """Return the mean round trips of a source."""
     return float(np.mean(sample(results, source, round_trips)))
 
 
 def ratio_of_trips(results: Results, source: Source, base: Source) -> float:
-    """The ratio of the mean round trips of a source to those of a base; NaN if these are zero."""
+    """Return the ratio of the mean round trips of a source to a base; NaN for a base of zero."""
     trips = mean_trips(results, base)
     return mean_trips(results, source) / trips if trips else math.nan
 
 
 def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:
-    """The controller behind each series; without parameters where these differ among sources."""
+    """Return the controller of each series, without parameters if its sources differ in them."""
     controllers: dict[str, set[str]] = {}
     for name, source in named:
         controllers.setdefault(name, set()).update(each.controller for each in source.experiments)
@@ -172,7 +172,7 @@ def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:
 
 
 def time_of_each_robot(episodes: Sequence[ForagingEpisode]) -> Means:
-    """Time until k robots had visited both areas [s]; else the whole episode."""
+    """Return the time until k robots had visited both areas [s], at most the duration."""
     n_robots = episodes[0].n_robots
     times = np.full((len(episodes), n_robots), episodes[0].duration_s)
     for row, episode in zip(times, episodes, strict=True):
@@ -193,7 +193,7 @@ def write_figures(
     command: str,
     style: str = "screen",
 ) -> None:
-    """Write every figure to a folder in a page style, in each format."""
+    """Write every figure to a folder in a page style, in each format of the style."""
     folder.mkdir(parents=True, exist_ok=True)
     for paper_figure in figures:
         with page_style(style):

@@ -1,4 +1,4 @@
-"""Which claims hold in a set of open numbers: in the few episodes of the search, or in all arenas.
+"""Claims that hold with a set of open numbers, in the episodes of the search or in all arenas.
 
 Not in the paper, and chosen here:
 - a claim holds if each of its means, or ratios of means, lies where it says, without a test;
@@ -48,27 +48,27 @@ from baselines.papers.open_search import (
 from baselines.papers.paper import find_paper
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 
-ARENAS = "es1", "es2"  # of the search
-N_PRIOR = 100_000  # draws of the prior that posteriors are weights of
+ARENAS = "es1", "es2"  # arenas of the search
+N_PRIOR = 100_000  # draws of the prior, to which the posteriors give weights
 
-TOGETHER = 8  # sets measured at a time in the other arenas, after which they are kept
+TOGETHER = 8  # sets measured in the other arenas before each save
 CHECK_SEED, WORKERS = 6000, 2
 CHECKED = {"es1": 4, "real": 4, "es2": 1, "es3": 1, "ants2008": 1}
-"""Number of worlds that a set is checked in, by arena; their seeds begin at `CHECK_SEED`."""
+"""Number of worlds in which a set is checked, by arena; their seeds begin at `CHECK_SEED`."""
 
-DISTANCES = (1.8, 2.4, 3.0, 3.6)  # of the areas of es3 [m]
+DISTANCES = (1.8, 2.4, 3.0, 3.6)  # distances of the areas of es3 to try [m]
 
 
 @cache
 def claims_of(*arenas: str) -> tuple[DecidableClaim, ...]:
-    """The claims of TR and ANTS on some arenas."""
+    """Return the decidable claims of TR and ANTS on some arenas."""
     papers = (find_paper(name) for name in ("social-odometry", "ants2008"))
     claims = (each for paper in papers for each in paper.claims if each.text.startswith(arenas))
     return tuple(each for each in claims if isinstance(each, DecidableClaim))
 
 
 def measured_beta(controller: str) -> str:
-    """The controller with the nearest beta that is measured.
+    """Return the controller with the nearest measured beta.
 
     >>> measured_beta("ssgiff:beta=1e-05")
     'ssgiff:beta=0.0001'
@@ -83,14 +83,14 @@ def measured_beta(controller: str) -> str:
 
 
 def holds(claim: DecidableClaim, results: Results) -> bool:
-    """Whether each mean, or ratio of means, of a claim lies where it says."""
+    """Return whether each mean, or ratio of means, of a claim lies in its range."""
     effects = [(each, np.mean(each.values), np.mean(each.base)) for each in claim.effects(results)]
     return all(base > 0.0 and of.low <= ours / base <= of.high for of, ours, base in effects)
 
 
 @cache
 def experiments_on(arena: str) -> Mapping[Experiment, Experiment]:
-    """Each experiment of the claims on an arena, and the one that is measured in its place."""
+    """Return each experiment of the claims on an arena, with the one measured instead."""
     wanted = dict.fromkeys(each for claim in claims_of(arena) for each in claim.experiments)
     return {each: replace(each, controller=measured_beta(each.controller)) for each in wanted}
 
@@ -100,13 +100,13 @@ Key = tuple[str, str, int]  # arena, controller, and robots of an experiment
 
 @cache
 def key_of(experiment: Experiment) -> Key:
-    """By what the episodes of an experiment are found among those of a set."""
+    """Return the key by which the episodes of an experiment are found among those of a set."""
     n_robots = named(experiment, "kinematic").scenario.task.n_robots
     return experiment.scenario, experiment.controller, n_robots
 
 
 def held(episodes: Sequence[Measured]) -> dict[str, bool]:
-    """Whether each claim holds in a set, by its words, on the arenas that were measured whole."""
+    """Return whether each claim holds in a set, by its text, on completely measured arenas."""
     by_key: dict[Key, list[Any]] = {}
     for each in episodes:
         by_key.setdefault((each.arena, each.controller, each.n_robots), []).append(each)
@@ -121,39 +121,39 @@ def held(episodes: Sequence[Measured]) -> dict[str, bool]:
 
 @dataclass(frozen=True)
 class Sets:
-    """The sets of a file, judged; the first is today's."""
+    """Sets of a file with their judgements; the first set is today's."""
 
-    draws: Draws  # where they lie in the unit cube
+    draws: Draws  # points of the sets in the unit cube
     prior: Draws  # draws of the prior
     posterior: Float64[Array, "2 draws"]
-    """Their weights in the posterior of es1, and of es1 and es2."""
-    numbers: Mapping[str, Float64[Array, "sets numbers"]]  # ours of the published numbers, by arena
-    far: Mapping[str, Float64[Array, " sets"]]  # their distances from them
+    """Weights of the draws of the prior in the posteriors of es1, and of es1 and es2."""
+    numbers: Mapping[str, Float64[Array, "sets numbers"]]  # our values of the published ones
+    far: Mapping[str, Float64[Array, " sets"]]  # distances from the published ones
     best_betas: Mapping[str, Mapping[str, int]]
-    """In how many sets SSGIFF makes most round trips at a beta."""
+    """Number of sets in which SSGIFF makes most round trips at a beta, by arena."""
     held: Sequence[Mapping[str, bool]]
-    """Whether each claim holds, of the arenas that were measured whole."""
+    """Whether each claim holds in each set, on completely measured arenas."""
     scores: Mapping[str, Int64[Array, " sets"]]
-    """How many claims hold, by arena; -1 where it was not measured whole."""
+    """Number of claims that hold, by arena; -1 if it was not measured completely."""
 
     @property
     def near(self) -> Bool[Array, " sets"]:
-        """Those within the tolerances of es1, all of which were measured in es2."""
+        """Sets within the tolerances of es1, all of which were measured in es2."""
         return np.asarray(self.far["es1"] <= 1.0)
 
     def total(self, *arenas: str) -> Int64[Array, " sets"]:
-        """How many claims on some arenas hold; -1 where one was not measured whole."""
+        """Return how many claims on some arenas hold; -1 if one was not measured completely."""
         scores = np.array([self.scores[each] for each in arenas])
         return np.where(scores.min(axis=0) < 0, -1, scores.sum(axis=0))
 
     def best(self, *arenas: str) -> list[int]:
-        """The sets measured there, most claims first; of equals the nearest to es2."""
+        """Return the sets measured in some arenas, most claims first; ties by distance to es2."""
         total = self.total(*arenas)
         order = np.lexsort((self.far["es2"], -total))
         return [int(k) for k in order if total[k] >= 0]
 
     def front(self, *arenas: str) -> list[int]:
-        """The best set of each point of the Pareto front of the scores, most claims first."""
+        """Return the best set at each point of the Pareto front of scores, most claims first."""
         scores = np.array([self.scores[each] for each in arenas]).T
         front: list[int] = []
         for k in self.best(*arenas):
@@ -163,7 +163,7 @@ class Sets:
 
 
 def sets_in(file: Path) -> Sets:
-    """Judge the sets of a file."""
+    """Read and judge the sets of a file."""
     draws, episodes = sets_of(load(file))
     prior = np.random.default_rng(0).random((N_PRIOR, len(PRIOR)))
     es1, es2 = (chance(prior, draws, episodes, arena) for arena in ARENAS)
@@ -178,13 +178,13 @@ def sets_in(file: Path) -> Sets:
 
 
 def score(judged: Mapping[str, bool], arena: str) -> int:
-    """How many claims on an arena hold; -1 where it was not measured whole."""
+    """Return how many claims on an arena hold; -1 if it was not measured completely."""
     own = [holds for text, holds in judged.items() if text.startswith(arena)]
     return sum(own) if own else -1
 
 
 def best_beta(episodes: Sequence[Measured], arena: str) -> str:
-    """The beta at which SSGIFF makes most round trips in a set."""
+    """Return the beta at which SSGIFF makes most round trips in a set."""
     trips: Counter[str] = Counter()
     for each in episodes:
         if each.arena == arena and each.controller.startswith("ssgiff"):
@@ -193,7 +193,7 @@ def best_beta(episodes: Sequence[Measured], arena: str) -> str:
 
 
 def with_distances(sets: Sequence[Mapping[str, Value]]) -> list[dict[str, Value]]:
-    """Sets with their areas of es3 where SGIKF is nearest to 2000 trips, of ANTS as today."""
+    """Return sets with the distance in es3 where SGIKF is nearest to 2000 trips; ANTS as today."""
     own = {"ants2008.area_distance": today()["ants2008.area_distance"]}
     tried = [{**values, **own, "es3.area_distance": each} for values in sets for each in DISTANCES]
     measured = measure(tried, [Experiment("es3", "ssgikf")], range(7000, 7001))
@@ -203,7 +203,7 @@ def with_distances(sets: Sequence[Mapping[str, Value]]) -> list[dict[str, Value]
 
 
 def measure_in_all_arenas(file: Path, n_sets: int) -> None:
-    """Measure today's set, and those in which most claims of the search hold, in other arenas."""
+    """Measure today's set and the best sets of the search in the other arenas, and save them."""
     table = load(file)
     rows, best = table.to_pylist(), [k for k in sets_in(file).best(*ARENAS) if k][:n_sets]
     missing = [k for k in (0, *best) if {e["arena"] for e in rows[k]["episodes"]} <= {*ARENAS}]
@@ -225,7 +225,7 @@ def measure_in_all_arenas(file: Path, n_sets: int) -> None:
 def check(
     values: Mapping[str, Value] | None, arena: str, physics: str, out: Path
 ) -> dict[str, bool]:
-    """Whether each claim on an arena holds with the numbers of a set; None: with today's."""
+    """Return whether each claim on an arena holds with the values of a set; None: today's."""
     n, played = CHECKED[arena], experiments_on(arena)
     different = list(dict.fromkeys(played.values()))
     configurations = [

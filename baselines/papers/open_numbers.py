@@ -1,4 +1,4 @@
-"""The open numbers: what the published ones say of them, and which claims exclude each other.
+"""Open numbers: their posterior given the published ones, and claims that exclude each other.
 
 python -m baselines.papers.open_numbers --sets 10000    # search, then write the page
 python -m baselines.papers.open_numbers --arenas 300    # measure the best ones in all arenas
@@ -50,25 +50,25 @@ COMMAND = "python -m baselines.papers.open_numbers"
 FILE = Path("docs/papers/open_numbers.parquet")
 EPISODES = Path("runs/open_numbers/episodes")
 LEFT_OPEN = "open_prior", "open_search", "open_search:fit_emulator", "open_claims"
-GIVEN = "es1", "es1 and es2"  # what a posterior is given
-GOAL = 10_000  # sets that the search is for
+GIVEN = "es1", "es1 and es2"  # arenas that a posterior is conditioned on
+GOAL = 10_000  # number of sets that the search aims at
 SHOWN = 3  # checked sets in the table of claims: today's, and those in which most claims hold
 
 
 def n_held(each: Mapping[str, Any]) -> int:
-    """How many claims hold in a set that was checked."""
+    """Return how many claims hold in a checked set."""
     return sum(each["holds"].values())
 
 
 def cell(value: Value) -> str:
-    """A value in a table."""
+    """Format a value for a table."""
     if isinstance(value, float):
         return shown(value)
     return str(value).lower()
 
 
 def posterior_of(sets: Sets, name: str, weights: Float64[Array, " draws"]) -> str:
-    """Median and 95 % of the posterior of a number; of a rule, the share of each option."""
+    """Return median and 95 % interval of the posterior of a number, or the shares of a rule."""
     places = sets.prior[:, list(PRIOR).index(name)]
     if isinstance(PRIOR[name], tuple):
         first = weights[places < 0.5].sum() / weights.sum()
@@ -81,7 +81,7 @@ def posterior_of(sets: Sets, name: str, weights: Float64[Array, " draws"]) -> st
 
 
 def numbers_table(sets: Sets) -> str:
-    """Prior, today's value, posterior, and the value of the best set of each number."""
+    """Return prior, today's value, posteriors and the value in the best set of each number."""
     best = sets.best(*CHECKED)[0]
     values = values_of(sets.draws[best])
     rows = []
@@ -95,7 +95,7 @@ def numbers_table(sets: Sets) -> str:
 
 
 def published_table(sets: Sets) -> str:
-    """What the sets within the tolerances of es1 make of each published number."""
+    """Return the values of each published number over the sets within the tolerances of es1."""
     rows = []
     for arena in ARENAS:
         for k, (name, (low, high, *_)) in enumerate(PUBLISHED[arena].items()):
@@ -110,7 +110,7 @@ def published_table(sets: Sets) -> str:
 
 
 def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
-    """In how many sets of the search each claim holds, and in which of those that were checked."""
+    """Return in how many sets of the search, and in which checked sets, each claim holds."""
     said, rows = {True: "yes", False: "no", None: "-"}, []
     checked = [*checked[:1], *sorted(checked[1:], key=n_held, reverse=True)[: SHOWN - 1]]
     for text in (each.text for each in claims_of(*CHECKED)):
@@ -123,7 +123,7 @@ def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
 
 
 def pairs_table(sets: Sets) -> str:
-    """The pairs of claims that hold together in half as many sets as by chance, or in none."""
+    """Return the pairs of claims that hold together in at most half as many sets as by chance."""
     rows = []
     for one, other in combinations([each.text for each in claims_of(*CHECKED)], 2):
         both = np.array([(each[one], each[other]) for each in sets.held if {one, other} <= {*each}])
@@ -137,7 +137,7 @@ def pairs_table(sets: Sets) -> str:
 
 
 def posterior_figure(sets: Sets) -> Figure:
-    """The posterior of each number over its prior, which is one everywhere."""
+    """Plot the posterior of each number over its prior, which is 1 everywhere."""
     figure, panels = panel_grid(len(PRIOR), 1.6, 1.15)
     for column, (axes, name) in enumerate(zip(panels, PRIOR, strict=True)):
         n_bins = 2 if isinstance(PRIOR[name], tuple) else 10
@@ -157,7 +157,7 @@ def posterior_figure(sets: Sets) -> Figure:
 
 
 def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """The numbers in the words of the page."""
+    """Return the values to insert into the text of the page."""
     near, whole = sets.near, sets.total(*ARENAS) >= 0
     best, total = sets.best(*CHECKED), sets.total(*CHECKED)
     others = total[[k for k in best if k]]
@@ -191,7 +191,7 @@ def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def write_page(file: Path) -> None:
-    """Write the page and its figure beside the sets."""
+    """Write the page and its figure next to the file of the sets."""
     sets, checks = sets_in(file), file.with_suffix(".json")
     checked = json.loads(checks.read_text()) if checks.exists() else []
     save_figure(posterior_figure(sets), file.parent / "figures" / "open_numbers.png")
@@ -206,7 +206,7 @@ def write_page(file: Path) -> None:
 
 
 def check_best(file: Path, best: int, physics: str) -> None:
-    """Check today's set and the best ones in other worlds of all arenas, and keep what holds."""
+    """Check today's set and the best ones in other worlds of all arenas, and save the results."""
     sets, checks = sets_in(file), file.with_suffix(".json")
     numbers = [k for k in sets.best(*CHECKED) if k][:best]
     chosen = {"today": None} | {f"set {k}": values_of(sets.draws[k]) for k in numbers}
@@ -236,7 +236,7 @@ def command(
 ) -> None:
     """Search the numbers that the papers leave open, check the best sets, and write the page.
 
-    A search that was stopped goes on where it was.
+    A stopped search resumes from the saved sets.
     """
     search(file, sets, seed)
     if arenas:

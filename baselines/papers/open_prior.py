@@ -1,4 +1,4 @@
-"""The numbers and rules that TR and ANTS leave open: their prior, and the controllers of a set.
+"""Numbers and rules that TR and ANTS leave open: their prior, and the experiments of a set.
 
 Not in the paper: the prior, even within the physical ranges of the texts, or even in the logarithm;
 and the rules that there are to choose from.
@@ -21,11 +21,11 @@ from swarm_forage_env.registry import SCENARIOS
 Value = float | int | str
 
 PRIOR: Mapping[str, Any] = {
-    "robot.cruise_speed": uniform(0.04, 0.04),  # from 0.04 on; at 0.129, the most, too many trips
+    "robot.cruise_speed": uniform(0.04, 0.04),  # at 0.129, the largest possible, too many trips
     "sensors.wheel_noise": loguniform(0.02, 0.2),  # 20 % in steps of 1 ms, and of a tick
     "radio.exchange_time": loguniform(0.1, 1.0),  # both areas, both ways; ten times that
     "radio.frames": randint(1, 11),  # ten words of 9.2 ms fit into a tick
-    "radio.slots": (1, 4),  # how many are heard in a tick
+    "radio.slots": (1, 4),  # messages heard per tick
     "estimator.refractory": uniform(0.0, 40.0),  # up to a trip of es1
     "estimator.pause": uniform(0.0, 25.0),
     "estimator.deaf_when_lost": uniform(0.0, 10.0),
@@ -42,11 +42,11 @@ PRIOR: Mapping[str, Any] = {
     "es3.area_distance": uniform(1.2, 7.0),
     "ants2008.area_distance": uniform(1.4, 1.2),
 }
-"""The open numbers, SI units, and rules; an arena's `area_distance` is its own."""
+"""Prior of each open number (SI units) and rule; each arena has its own `area_distance`."""
 
 
 def values_of(draw: Iterable[float]) -> dict[str, Value]:
-    """The set at a point of the unit cube, numbers to three digits."""
+    """Return the set at a point of the unit cube, with numbers rounded to three digits."""
     values: dict[str, Value] = {}
     for (name, prior), at in zip(PRIOR.items(), draw, strict=True):
         if isinstance(prior, tuple):
@@ -57,7 +57,7 @@ def values_of(draw: Iterable[float]) -> dict[str, Value]:
 
 
 def place_of(values: Mapping[str, Any]) -> list[float]:
-    """The point of the unit cube that a set lies at: of what is counted, the middle of its part."""
+    """Return the point of a set in the unit cube; discrete values are in the middle of a part."""
     return [
         (prior.index(values[name]) + 0.5) / len(prior)
         if isinstance(prior, tuple)
@@ -67,7 +67,7 @@ def place_of(values: Mapping[str, Any]) -> list[float]:
 
 
 def today() -> dict[str, Value]:
-    """Today's value of every number."""
+    """Return today's value of every number."""
     es1, arenas = SCENARIOS["es1"], ("es1", "es2", "es3", "ants2008")
     parts = {"robot": es1.robot, "sensors": es1.sensors, "radio": es1.radio, "estimator": SINGLE}
     parts |= {"motion": SUBSUMPTION} | {each: SCENARIOS[each].task for each in arenas}
@@ -78,7 +78,7 @@ def today() -> dict[str, Value]:
 def configuration(
     of: Experiment, values: Mapping[str, Value], physics: str = "kinematic"
 ) -> ExperimentConfig:
-    """The configuration of an experiment with the numbers of a set.
+    """Return the configuration of an experiment with the values of a set.
 
     `real` is es1 with exchanges that take 1.25 times as long (TR 6.2: 20 to 30 % longer).
     """
@@ -95,5 +95,5 @@ def configuration(
 
 @cache
 def named(of: Experiment, physics: str) -> ExperimentConfig:
-    """The configuration of an experiment as it is."""
+    """Return the unchanged configuration of an experiment."""
     return of.configuration(physics)

@@ -1,11 +1,11 @@
 """Search the numbers that the papers leave open, by approximate Bayesian computation.
 
-A set is measured in es1, without communication and with SGIKF. Its distance is the largest by
-which it misses a published number, in tolerances of that number. It goes on to the other filters,
-and to es2, while its distance is small (`STAGES`).
+A set is measured in es1, without communication and with SGIKF. Its distance is the largest
+deviation from a published number, in tolerances of that number. While the distance is small, the
+set is measured with the other filters and in es2 (`STAGES`).
 
-After the first sets, which fill the prior evenly, an emulator of all so far says how probable a set
-is to lie within the tolerances (`fit_emulator`): later sets are drawn from the prior by that.
+After the first sets, which fill the prior evenly, an emulator of all sets so far gives the
+probability of a set to lie within the tolerances (`fit_emulator`): later draws are weighted by it.
 
 Source: TR, Section 6 (published numbers); Wood2010 (emulated likelihood).
 
@@ -37,20 +37,20 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
-Draws = Float64[Array, "draws numbers"]  # points of the unit cube, on which the prior is even
+Draws = Float64[Array, "draws numbers"]  # points of the unit cube, where the prior is uniform
 
 BATCH, THREADS = 32, 2
-"""Sets measured at a time, after which all are kept; threads that they are shared among."""
+"""Sets measured before each save; number of threads that measure them."""
 
 FIRST, EVEN, CANDIDATES, FEWEST = 256, 0.1, 20_000, 32
-"""Sets before there is an emulator; share of the later ones that is drawn from the prior; draws of
-it that the others are chosen among; sets that an emulator is fitted to, at least."""
+"""Sets before the first emulator; share of the later sets drawn from the plain prior; draws of the
+prior among which the others are chosen; least number of sets that an emulator is fitted to."""
 
 PENALTY, FOLDS = 10.0, 8
-"""Of the regression, and of the sets that its error is measured on."""
+"""Ridge penalty of the regression; folds of the cross-validation of its error."""
 
 SINGLES, DOUBLES = (1e-4, 1e-3, 1e-2, 1e-1), (1e-3, 1e-2)
-"""Betas of SSGIFF and DSGIFF that a set is measured with."""
+"""Betas of SSGIFF and DSGIFF with which a set is measured."""
 
 OTHERS = ("dsgikf", *(f"ssgiff:beta={each:g}" for each in SINGLES),
           *(f"dsgiff:beta={each:g}" for each in DOUBLES))  # fmt: skip
@@ -61,7 +61,7 @@ STAGES = (
     ("es2", ("nc", "ssgikf"), range(7000, 7001), 6.0),
     ("es2", OTHERS, range(7000, 7001), 0.0),
 )
-"""Arena, controllers and worlds of each stage, and the largest distance that goes on from it."""
+"""Arena, controllers and worlds of each stage, and the largest distance that passes it."""
 
 PUBLISHED: Mapping[str, Mapping[str, tuple[float, float, float, float]]] = {
     "es1": {
@@ -80,13 +80,13 @@ PUBLISHED: Mapping[str, Mapping[str, tuple[float, float, float, float]]] = {
         "times faster recruitment": (4.0, 4.0, 0.5, 0.5),
     },
 }
-"""Ends of what TR 6 says, the standard deviation between episodes of today's set, and half of the
-last digit that is printed; in the order of `numbers_of`."""
+"""Ends of the range in TR 6, standard deviation between episodes of today's set, and half of the
+last printed digit; in the order of `numbers_of`."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """An episode of a set: what claims ask of it."""
+    """Episode of a set: the fields that the claims use."""
 
     arena: str
     controller: str
@@ -100,7 +100,7 @@ class Measured:
 def measure(
     sets: Sequence[Mapping[str, Value]], experiments: Sequence[Experiment], seeds: range
 ) -> list[list[Measured]]:
-    """Run the episodes of each experiment for each set, those of one compilation side by side."""
+    """Run the episodes of each experiment for each set; those of one compilation run together."""
     episodes: list[list[Measured]] = [[] for _ in sets]
     jobs = [(k, each, configuration(each, values))
             for k, values in enumerate(sets) for each in experiments]  # fmt: skip
@@ -126,7 +126,7 @@ def measure(
 
 
 def numbers_of(episodes: Sequence[Measured], arena: str) -> list[float]:
-    """Ours of each published number, in their order; NaN for what was not measured."""
+    """Return our value of each published number, in their order; NaN if not measured."""
 
     def mean(metric: Metric, controller: str) -> float:
         own = [each for each in episodes if (each.arena, each.controller) == (arena, controller)]
@@ -139,17 +139,17 @@ def numbers_of(episodes: Sequence[Measured], arena: str) -> list[float]:
 
 
 def n_worlds(episodes: Sequence[Measured], arena: str) -> int:
-    """In how many worlds of an arena a set was measured."""
+    """Return in how many worlds of an arena a set was measured."""
     return sum((each.arena, each.controller) == (arena, "nc") for each in episodes)
 
 
 def tolerance(spread: float, rounding: float, n: int) -> float:
-    """Twice the standard error between a mean of 30 episodes, printed, and one of n."""
+    """Return twice the standard error of the difference of a printed mean of 30 and one of n."""
     return 2.0 * math.sqrt(spread**2 * (1.0 / 30.0 + 1.0 / n) + rounding**2 / 3.0)
 
 
 def distance(episodes: Sequence[Measured], arena: str) -> float:
-    """The largest miss of a published number, in its tolerances; infinite if not measured."""
+    """Return the largest deviation from a published number, in tolerances; inf if not measured."""
     n = n_worlds(episodes, arena)
     if not n:
         return math.inf
@@ -162,7 +162,7 @@ def distance(episodes: Sequence[Measured], arena: str) -> float:
 
 
 def measure_all(sets: Sequence[Mapping[str, Value]], is_whole: bool) -> list[list[Measured]]:
-    """Take sets through the stages, each while it is near, or all the way."""
+    """Measure sets stage by stage, each while its distance is small or, if `is_whole`, in all."""
     episodes_of: list[list[Measured]] = [[] for _ in sets]
     going = list(range(len(sets)))
     for arena, controllers, seeds, limit in STAGES:
@@ -175,35 +175,35 @@ def measure_all(sets: Sequence[Mapping[str, Value]], is_whole: bool) -> list[lis
 
 
 def load(file: Path) -> pa.Table:
-    """The sets so far: their places in the unit cube, their numbers, their episodes."""
+    """Read the sets so far: points of the unit cube, values, episodes; empty without a file."""
     return pq.read_table(file) if file.exists() else pa.table({})
 
 
 def save(file: Path, table: pa.Table) -> None:
-    """Keep the sets so far."""
+    """Write the sets so far to the file."""
     content = BytesIO()
     pq.write_table(table, content, compression="zstd")
     write_atomically(file, content.getvalue())
 
 
 def sets_of(table: pa.Table) -> tuple[Draws, list[list[Measured]]]:
-    """The place of each set in the unit cube, and its episodes."""
+    """Return the point of each set in the unit cube, and its episodes."""
     rows = table.select(["draw", "episodes"]).to_pylist() if table.num_rows else []
     draws = np.array([row["draw"] for row in rows], float).reshape(-1, len(PRIOR))
     return draws, [[Measured(**each) for each in row["episodes"]] for row in rows]
 
 
 Emulator = tuple[Float64[Array, "terms outputs"], Float64[Array, " outputs"]]
-"""The coefficients of a regression, and the standard deviations of the outputs about it."""
+"""Coefficients of a regression, and standard deviations of the outputs about it."""
 
 
 def fit_emulator(
     draws: Draws, outputs: Float64[Array, "draws outputs"], weights: Float64[Array, " draws"]
 ) -> Emulator:
-    """An emulator: quadratic regression of what a simulation gives, each draw with a weight.
+    """Fit an emulator: quadratic regression of the outputs of a simulation, with weighted draws.
 
-    Its error is that of points that it was not fitted to, and so holds the chance in the simulation
-    as well.
+    Its error is that of points that it was not fitted to, and thus includes the noise of the
+    simulation.
 
     Source: Wood2010 (likelihood from simulated summaries), HoerlKennard1970 (ridge regression).
 
@@ -223,7 +223,7 @@ def probability_within(
     low: Float64[Array, " outputs"],
     high: Float64[Array, " outputs"],
 ) -> Float64[Array, " draws"]:
-    """The probability at each point that every output lies between its ends."""
+    """Return the probability at each point that every output lies between its ends."""
     coefficients, errors = fitted
     means = quadratic_terms(draws) @ coefficients
     below, above = (norm.cdf((ends - means) / errors) for ends in (low, high))
@@ -231,7 +231,7 @@ def probability_within(
 
 
 def quadratic_terms(draws: Draws) -> Float64[Array, "draws terms"]:
-    """One, each number, and each product of two, on an axis from -1 to 1."""
+    """Return one, each number, and each product of two, with numbers scaled to [-1, 1]."""
     x = 2.0 * draws - 1.0
     one, other = np.triu_indices(x.shape[1])
     return np.column_stack([np.ones(len(x)), x, x[:, one] * x[:, other]])
@@ -242,7 +242,7 @@ def ridge(
     outputs: Float64[Array, "draws outputs"],
     weights: Float64[Array, " draws"],
 ) -> Float64[Array, "terms outputs"]:
-    """The coefficients of least weighted squares, with a penalty on all but the constant.
+    """Return the coefficients of a weighted ridge regression, its constant without penalty.
 
     (X' W X + l I) b = X' W y
     """
@@ -253,14 +253,14 @@ def ridge(
 
 
 def inputs(draws: Draws, arena: str) -> Draws:
-    """What bears on an arena: all but the areas of other arenas, rules at either end."""
+    """Return the inputs of an arena: all but the areas of other arenas; rules as 0 or 1."""
     bears = [not name.endswith("area_distance") or name.startswith(arena) for name in PRIOR]
     is_rule = np.array([isinstance(each, tuple) for each in PRIOR.values()])
     return np.asarray(np.where(is_rule, draws >= 0.5, draws)[:, bears])
 
 
 def scaled(numbers: Float64[Array, "sets numbers"]) -> Float64[Array, "sets 5"]:
-    """The first five published numbers for an emulator: counts and ratio as logarithms."""
+    """Return the first five published numbers for an emulator: counts and ratio as logarithms."""
     counts = np.log(np.maximum(numbers[:, [0, 1, 4]], 1e-3))
     return np.column_stack([counts, numbers[:, 2:4]])
 
@@ -268,9 +268,9 @@ def scaled(numbers: Float64[Array, "sets numbers"]) -> Float64[Array, "sets 5"]:
 def chance(
     candidates: Draws, draws: Draws, episodes: Sequence[Sequence[Measured]], arena: str
 ) -> Float64[Array, " candidates"]:
-    """The probability that sets lie within the tolerances of an arena, by an emulator.
+    """Return the probability that sets lie within the tolerances of an arena, by an emulator.
 
-    It is fitted to all sets so far; one, while too few were measured there.
+    The emulator is fitted to all sets measured there; below `FEWEST` sets, the result is 1.
     """
     n = np.array([n_worlds(each, arena) for each in episodes])
     if (n > 0).sum() < FEWEST:
@@ -285,7 +285,7 @@ def chance(
 
 
 def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) -> Draws:
-    """The sets to measure next; the first of all is today's."""
+    """Return the sets to measure next; the very first one is today's."""
     done = len(draws)
     if done == 0:
         return np.array([place_of(today())])
@@ -294,7 +294,7 @@ def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) 
     rng = np.random.default_rng((seed, done))
     candidates = rng.random((CANDIDATES, len(PRIOR)))
     hope = chance(candidates, draws, episodes, "es1") * chance(candidates, draws, episodes, "es2")
-    hope += np.finfo(float).tiny  # where no set is probable at all, any will do
+    hope += np.finfo(float).tiny  # for the case that no set has a probability above zero
     n_even = round(EVEN * BATCH)
     chosen = rng.choice(CANDIDATES, BATCH - n_even, replace=False, p=hope / hope.sum())
     return np.asarray(candidates[np.append(np.arange(n_even), chosen)])

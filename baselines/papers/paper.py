@@ -1,4 +1,4 @@
-"""A paper: its claims, its figures, and the experiments that they need."""
+"""Papers: the claims and figures of each, and the experiments that they need."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,22 +16,22 @@ from swarm_forage_env.scenarios import find_scenario
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper's claims, figures and experiments."""
+    """Claims, figures and experiments of a paper."""
 
     name: str
-    """On the command line."""
+    """Name on the command line."""
     claims: tuple[Claim, ...]
     figures: tuple[PaperFigure, ...]
     replications: int
-    """Of each experiment, in the paper."""
+    """Number of replications of each experiment in the paper."""
     left_open: Mapping[str, str]
-    """Whose docstring says what the paper leaves open, by heading."""
+    """Modules or classes whose docstrings list what the paper leaves open, by heading."""
     table: Callable[[Results], str] = lambda results: ""
-    """A table of its page, in Markdown, for a page that has one."""
+    """Returns the table of the page in Markdown; empty for a page without one."""
 
     @property
     def page(self) -> str:
-        """Name of its page, without ending."""
+        """Name of the page, without ending."""
         return self.name.replace("-", "_")
 
     @cached_property
@@ -42,12 +42,12 @@ class Paper:
         return tuple(sorted(needed, key=_robot_steps, reverse=True))
 
     def judge(self, results: Results) -> list[ClaimResult]:
-        """The result of every claim."""
+        """Return the result of every claim."""
         return [claim.judge(results) for claim in self.claims]
 
 
 def find_paper(name: str) -> Paper:
-    """The paper of that name, `PAPER` of its module; UnknownNameError if there is none."""
+    """Return the paper with a name, `PAPER` of its module; UnknownNameError if there is none."""
     if name not in PAPER_NAMES:
         raise UnknownNameError("paper", name, PAPER_NAMES)
     paper: Paper = import_module(f"baselines.papers.{name.replace('-', '_')}").PAPER

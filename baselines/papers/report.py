@@ -1,4 +1,4 @@
-"""Results and decisions of claims for a terminal, as JSON and in Markdown; the page of a paper."""
+"""Results and decisions of claims as tables, JSON and Markdown; the page of a paper."""
 
 import json
 import math
@@ -24,14 +24,14 @@ DECISION_HEADINGS = ("claim", "says", "ours", "interval", "n", "30 episodes show
 
 
 def to_json(claim_results: Sequence[ClaimResult]) -> str:
-    """Claim results as one JSON array, a claim to a line, without p."""
+    """Return claim results as a JSON array, one claim per line, without p."""
     rows = ({k: v for k, v in vars(each).items() if k != "p"} for each in claim_results)
     lines = (json.dumps(row, allow_nan=False) for row in rows)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
 def decisions_json(decided: Sequence[Decided]) -> str:
-    """Decisions as one JSON array; what is not finite is null."""
+    """Return decisions as a JSON array; values that are not finite are null."""
     rows = [
         {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
         for row in map(vars, decided)
@@ -40,7 +40,7 @@ def decisions_json(decided: Sequence[Decided]) -> str:
 
 
 def claims_table(claim_results: Sequence[ClaimResult]) -> Group:
-    """The claims table for a terminal."""
+    """Return the claims table for a terminal."""
     rows: list[list[str | Text]] = []
     for each in claim_results:
         *cells, verdict = _cells(each)
@@ -49,23 +49,23 @@ def claims_table(claim_results: Sequence[ClaimResult]) -> Group:
 
 
 def decided_table(decided: Sequence[Decided]) -> Group:
-    """The decisions for a terminal."""
+    """Return the decisions for a terminal."""
     rows = map(_cells_of_decision, decided)
     return Group(plain_table(DECISION_HEADINGS, rows), Text(count(decided), "bold"))
 
 
 def claims_markdown(claim_results: Sequence[ClaimResult]) -> str:
-    """The claims table in Markdown."""
+    """Return the claims table in Markdown."""
     return markdown(HEADINGS, map(_cells, claim_results))
 
 
 def score(claim_results: Sequence[ClaimResult]) -> str:
-    """The sentence that says how many claims are reproduced."""
+    """Return the sentence with the number of reproduced claims."""
     reproduced = sum(each.reproduced for each in claim_results)
     return f"{reproduced} of {len(claim_results)} claims reproduced"
 
 
-VERBS: dict[Decision, tuple[str, str]] = {  # how several claims are said to be decided, and one
+VERBS: dict[Decision, tuple[str, str]] = {  # verbs for several claims, and for one
     "holds": ("hold", "holds"),
     "equivalent": ("are equivalent", "is equivalent"),
     "undecided": ("are undecided", "is undecided"),
@@ -74,7 +74,7 @@ VERBS: dict[Decision, tuple[str, str]] = {  # how several claims are said to be 
 
 
 def count(decided: Sequence[Decided]) -> str:
-    """The sentence that says how many claims were decided how."""
+    """Return the sentence with the number of claims of each decision."""
     each = Counter(row.decision for row in decided)
     counts = (f"{each[rank]} {verbs[each[rank] == 1]}" for rank, verbs in VERBS.items())
     return f"Of {len(decided)} claims " + ", ".join(counts)
@@ -87,7 +87,7 @@ def page(
     command: str,
     decided: Sequence[Decided] = (),
 ) -> str:
-    """The Markdown page of a paper: its template with the results filled in."""
+    """Return the Markdown page of a paper: its template, filled with the results."""
     figures = "\n\n".join(
         f"![{each.caption}](figures/{each.name}.png)\n\n"
         f"*{f'{each.caption} {each.reading}'.rstrip()}*"
@@ -131,7 +131,7 @@ def _decided(decided: Sequence[Decided]) -> str:
 
 
 def left_open(place: str) -> str:
-    """The list after "Not in the paper" in a docstring; the place is `module` or `module:name`."""
+    """Return the list after "Not in the paper" in the docstring of `module` or `module:name`."""
     module, _, name = place.partition(":")
     home = import_module(module)
     text = getdoc(getattr(home, name) if name else home) or ""

@@ -22,13 +22,13 @@ from baselines.papers.sequential import Decided, decide_all
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
-PROBE = 0.3  # computing time of a probe, and as much again to let the robots meet [s]
-BEAT = 20  # ticks between two looks at the clock
-ADAPTIVE = "adaptive"  # the number of episodes that is as many as decide each claim
+PROBE = 0.3  # computing time of a probe [s]; the same before it lets the robots meet
+BEAT = 20  # ticks between two readings of the clock
+ADAPTIVE = "adaptive"  # value of --episodes: as many as decide each claim
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:
-    """Expected time of the episodes still to run [s], by the first controller of each scenario."""
+    """Return the expected time of the missing episodes [s], by one controller per scenario."""
     speeds: dict[str, float] = {}
     total = 0.0
     for key, configuration in {each.key: each for each in plan.configurations}.items():
@@ -42,7 +42,7 @@ def expected_seconds(plan: Plan, workers: int) -> float:
 
 
 def seconds_per_tick(configuration: ExperimentConfig) -> float:
-    """Computing time of one tick of one world, in a block of a usual size [s]."""
+    """Return the computing time of one tick of one world in a block of the usual size [s]."""
     warm_up(configuration)
     n_worlds = worlds_in_a_block(configuration)
     scenario, controller = configuration.scenario, configuration.controller
@@ -67,15 +67,15 @@ class ReproduceOptions:
     """Options of the command `reproduce`."""
 
     paper: str
-    episodes: int | None = None  # None: as many as in the paper
-    adaptive: bool = False  # and then as many as decide each claim
+    episodes: int | None = None  # None: as in the paper
+    adaptive: bool = False  # afterwards as many as decide each claim
     seed: int = 0
-    physics: str | None = None  # None: the one that each scenario goes with
-    settings: Sequence[str] = ()  # numbers of every scenario to change: `task.duration=600`
+    physics: str | None = None  # None: the default of each scenario
+    settings: Sequence[str] = ()  # changes of every scenario: `task.duration=600`
 
     @property
     def command(self) -> str:
-        """The command line that makes the same episodes again."""
+        """Command line that repeats the same episodes."""
         options = [f"--set={each}" for each in self.settings]
         episodes = ADAPTIVE if self.adaptive else self.replications
         options += [f"--episodes={episodes}", f"--seed={self.seed}"]
@@ -89,17 +89,17 @@ class ReproduceOptions:
 
 
 def results_of(plan: Plan, experiments: Sequence[Experiment]) -> Results:
-    """The episodes of a finished plan, by experiment."""
+    """Return the episodes of a finished plan, by experiment."""
     return dict(zip(experiments, plan.by_configuration(), strict=True))
 
 
 class Reproduction:
-    """A paper, the plan of its episodes, and the folder they are kept in."""
+    """Reproduction of a paper: the plan of its episodes and the folder that they are saved in."""
 
     def __init__(
         self, options: ReproduceOptions, out: Path | None = None, page: Path | None = None
     ) -> None:
-        """Check the options and look for kept episodes; nothing runs yet."""
+        """Check the options and look for saved episodes; no episode runs yet."""
         if options.physics is not None:
             check_physics(options.physics)
         self.paper = find_paper(options.paper)
@@ -110,16 +110,16 @@ class Reproduction:
         self._dataset.open()
         self.plan = self._plan(self.paper.experiments, options.replications)
         self.decided: list[Decided] = []
-        self.files: list[Path] = []  # written last
+        self.files: list[Path] = []  # files of the last `write`
 
     def run_with_progress(self, backend: Backend) -> None:
-        """Say how long it will take, and run the missing episodes."""
+        """Print the expected time, and run the missing episodes."""
         seconds = expected_seconds(self.plan, backend.workers * backend.threads)
         say(f"about {format_duration(seconds)} to run, with {backend.workers} at a time")
         run_with_progress(self.plan, backend)
 
     def decide(self, backend: Backend) -> None:
-        """Run as many episodes as decide each claim, or 400; write what is decided at each look."""
+        """Run as many episodes as decide each claim, at most 400; write decisions at each look."""
 
         def run(experiments: Sequence[Experiment], n: int) -> Results:
             plan = self._plan(experiments, n)
@@ -137,21 +137,21 @@ class Reproduction:
 
     @cached_property
     def results(self) -> Results:
-        """The episodes of every experiment; all must have been run."""
+        """Episodes of every experiment; all must have been run."""
         return results_of(self.plan, self.paper.experiments)
 
     @cached_property
     def claim_results(self) -> list[ClaimResult]:
-        """The result of every claim."""
+        """Result of every claim."""
         return self.paper.judge(self.results)
 
     def write_figures(self, style: str) -> None:
-        """Draw the figures beside the page; more episodes of a claim do not change them."""
+        """Draw the figures next to the page; episodes added for a claim do not change them."""
         folder = self.page.parent / "figures"
         write_figures(self.paper.figures, self.results, folder, self.command, style)
 
     def write(self) -> None:
-        """Write claims, page, and what is decided so far."""
+        """Write the claims, the page, and the decisions so far."""
         texts = {self.folder / "claims.json": report.to_json(self.claim_results) + "\n"}
         if self.decided:
             texts[self.folder / "decisions.json"] = report.decisions_json(self.decided) + "\n"

@@ -1,4 +1,4 @@
-"""Robustness: round trips of sound robots among faulty ones, for every weighting rule.
+"""Robustness: round trips of sound robots in swarms with faulty ones, for every weighting rule.
 
 Not in the papers: the experiment itself, in es1 of the TR. And chosen here:
 - the score is the round trips of the sound robots, for each of them;
@@ -32,7 +32,7 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 
 SCENARIO = "es1"
 
-RULES = {  # controllers by what the page calls them; the Fermi filters at their best beta in es1
+RULES = {  # controllers by their names on the page; Fermi filters at their best beta in es1
     "nc": "nc",
     "ssgikf": "ssgikf",
     "dsgikf": "dsgikf",
@@ -50,13 +50,13 @@ RULES = {  # controllers by what the page calls them; the Fermi filters at their
 ALONE = "nc"
 
 DEFENCES = {"ssgikf-sceptical": "ssgikf", "learned-sceptical": "ssgikf-sceptical"}
-"""Rules against liars, each with the rule that it is held against."""
+"""Rules against liars, each with the rule that it is compared with."""
 
-SHARES = (0.1, 0.2, 0.5)  # of the robots that are faulty
-SHOWN = 0.2  # share that the page has a table for
-LATER = 300  # when robots die, and go stale [s]
+SHARES = (0.1, 0.2, 0.5)  # shares of faulty robots
+SHOWN = 0.2  # share in the table of the page
+LATER = 300  # time at which robots die or go stale [s]
 
-FAULTS = {  # name of the share, and the other settings, of each kind of fault
+FAULTS = {  # name of the share and other settings, by kind of fault
     "liars, each its own": ("faults.liar.share",),
     "liars, conspiring": ("faults.liar.share", "faults.liar.conspire=place"),
     "stale": ("faults.stale.share", f"faults.stale.at={LATER}"),
@@ -81,14 +81,14 @@ LEFT_OPEN = {
 
 
 def sound_trips(episode: ForagingEpisode) -> float:
-    """Metric: round trips of a sound robot, mean over them."""
+    """Metric: mean round trips of the sound robots."""
     if episode.sound_robots is None or episode.round_trips_sound is None:
         return episode.round_trips / episode.n_robots
     return episode.round_trips_sound / episode.sound_robots
 
 
 def experiment(rule: str, fault: str, share: float) -> Experiment:
-    """One rule among a share of robots with a fault."""
+    """Return the experiment of a rule with a share of faulty robots."""
     if share == 0.0:
         return Experiment(SCENARIO, RULES[rule])
     name, *others = FAULTS[fault]
@@ -96,34 +96,34 @@ def experiment(rule: str, fault: str, share: float) -> Experiment:
 
 
 def trips(results: Results, rule: str, fault: str, share: float) -> list[float]:
-    """The score of a rule for each seed."""
+    """Return the score of a rule for each seed."""
     return sample(results, experiment(rule, fault, share), sound_trips)
 
 
 def kept(results: Results, rule: str, fault: str, share: float) -> Comparison:
-    """The score of a rule among faulty robots against its own without any."""
+    """Compare the score of a rule with faulty robots to its score without."""
     return compare(trips(results, rule, fault, share), trips(results, rule, fault, 0.0))
 
 
 def breaks(results: Results, rule: str, fault: str, share: float) -> bool:
-    """Less than half of the score is left."""
+    """Return whether less than half of the score is left."""
     half = [0.5 * each for each in trips(results, rule, fault, 0.0)]
     return above(compare(half, trips(results, rule, fault, share)))
 
 
 def harms(results: Results, rule: str, fault: str, share: float) -> bool:
-    """Robots that do not communicate do better under the same faults."""
+    """Return whether robots that do not communicate do better with the same faults."""
     ours = trips(results, rule, fault, share)
     return rule != ALONE and above(compare(trips(results, ALONE, fault, share), ours))
 
 
 def breaking_share(results: Results, rule: str, fault: str) -> float | None:
-    """The smallest share at which a rule breaks; None if it does at none."""
+    """Return the smallest share at which a rule breaks; None if it never does."""
     return next((share for share in SHARES if breaks(results, rule, fault, share)), None)
 
 
 def claims() -> Iterator[Order]:
-    """Questions that no paper answers for these rules, each an order of two experiments."""
+    """Yield questions that no paper answers for these rules, each an order of two experiments."""
     for rule, fault in product(RULES, LIARS):
         if rule != ALONE:
             pair = experiment(rule, fault, 0.0), experiment(rule, fault, SHARES[0])
@@ -135,7 +135,7 @@ def claims() -> Iterator[Order]:
 
 
 def above_at_shown(rule: str, other: str, fault: str) -> Order:
-    """That one rule is above another at the share shown."""
+    """Return the claim that one rule is above another at the share shown."""
     pair = experiment(rule, fault, SHOWN), experiment(other, fault, SHOWN)
     return Order(f"{rule} above {other}: {100 * SHOWN:.0f} % {fault}", (pair,), sound_trips)
 
@@ -179,7 +179,7 @@ FIGURES = (
 
 
 def table(results: Results) -> str:
-    """Which rule breaks first under each fault; then what each rule keeps at the share shown."""
+    """Return two tables: rules that break first by fault; score kept by rule at the share shown."""
     return "\n\n".join((_first_broken(results), _kept_table(results)))
 
 
@@ -229,4 +229,4 @@ def _percent(comparison: Comparison) -> str:
 
 
 PAPER = Paper("robustness", tuple(claims()), FIGURES, 10, LEFT_OPEN, table)
-"""The experiment of every rule among robots with every fault."""
+"""Experiment of every weighting rule with every fault."""

@@ -1,11 +1,11 @@
-"""Claims decided by as many episodes as that takes: a group sequential test of each claim.
+"""Group sequential tests: each claim is decided by as many episodes as it needs.
 
 Episodes are added in blocks, both sides of a comparison under the same seeds. After each block
-every claim that is still open is looked at (`decision_of`), `len(LOOKS)` times at most, so that
-each interval has the level 1 - 0.05 / (looks x effects): the probability that any interval of a
-claim misses at any look is at most 5 % (Bonferroni; LanDeMets1983 spend the same 5 % less evenly).
-Each claim has 5 % of its own. Where a claim is of the best of several, as of the best beta, that is
-chosen by cross-validation (`CrossValidatedBest`), or by these same episodes, which a claim says.
+every open claim is tested again (`decision_of`), `len(LOOKS)` times at most. Each interval thus
+has the level 1 - 0.05 / (looks x effects): the probability that any interval of a claim misses at
+any look is at most 5 % (Bonferroni; LanDeMets1983 spend the same 5 % less evenly). The 5 % are per
+claim. The best of several, such as the best beta, is chosen by cross-validation
+(`CrossValidatedBest`), or by the same episodes if the claim says so.
 """
 
 import math
@@ -28,24 +28,24 @@ Decision = Literal["holds", "fails", "equivalent", "undecided"]
 
 @dataclass(frozen=True)
 class Decided:
-    """The decision on one claim: a row of the table."""
+    """Decision on one claim: a row of the table."""
 
     claim: str
-    says: str  # where the paper says that the effect lies
+    says: str  # range in which the paper places the effect
     ours: float
-    """The mean, or the ratio of the means, of the effect that decides; the least of several."""
+    """Mean, or ratio of the means, of the effect that decides the claim."""
     low: float
     high: float  # its interval; infinite where the mean of the base may be zero
     n: int  # episodes of each experiment
     resolved: float
-    """Half of the 95 % interval that 30 unpaired episodes give, a share of the effect."""
+    """Half of the 95 % interval that 30 unpaired episodes give, as a share of the effect."""
     decision: Decision
 
 
 def resolution(effect: Effect, n: int) -> float:
-    """Half of the 95 % interval of an effect in n episodes a side that are not paired.
+    """Return half of the 95 % interval of an effect for n unpaired episodes a side.
 
-    A share of the effect, to first order; NaN where a mean is zero, or no episode differs.
+    It is a share of the effect, to first order; NaN if a mean is zero or no episode differs.
     """
     sides = np.array([effect.values, effect.base])
     means = sides.mean(axis=1)
@@ -56,9 +56,9 @@ def resolution(effect: Effect, n: int) -> float:
 
 
 def interval_of(effect: Effect, level: float) -> tuple[float, float]:
-    """The interval of an effect at this level; infinite where all values are one number.
+    """Return the interval of an effect at this level; infinite if all values are equal.
 
-    A share of episodes has the exact one: Student's of 30 of 30 would have no length.
+    That of a share of episodes is exact: Student's would have length zero for 30 of 30.
 
     Source: ClopperPearson1934.
     """
@@ -72,7 +72,7 @@ def interval_of(effect: Effect, level: float) -> tuple[float, float]:
 
 
 def decision_of(effect: Effect, low: float, high: float) -> Decision:
-    """What the interval of an effect says of it; equivalent: within 3 % around equality."""
+    """Return the decision on an effect by its interval; equivalent: within 3 % of equality."""
     if effect.low <= low and high <= effect.high:
         return "holds"
     if high < effect.low or low > effect.high:
@@ -84,11 +84,11 @@ def decision_of(effect: Effect, low: float, high: float) -> Decision:
 
 
 RANKS: tuple[Decision, ...] = ("fails", "undecided", "equivalent", "holds")
-"""The decision on a claim is the first of these that any of its effects has."""
+"""Decisions by rank: a claim gets the first that any of its effects has."""
 
 
 def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
-    """Decide a claim by n episodes of each experiment, at one of the looks."""
+    """Decide a claim from n episodes of each experiment, at one of the looks."""
     effects = claim.effects(results)
     level = 1.0 - ERROR / (len(LOOKS) * len(effects))
     judged = []
@@ -104,10 +104,10 @@ def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
 def decide_all(
     claims: Iterable[Claim], run: Callable[[Sequence[Experiment], int], Results]
 ) -> Iterator[list[Decided]]:
-    """Decide claims by as many episodes as that takes; `run` runs n of each experiment.
+    """Decide claims by as many episodes as they need; `run` runs n of each experiment.
 
-    Gives the decisions of all claims after each look: those that are still open are undecided.
-    Claims without effects, as of published means within standard errors, are left out.
+    Yields the decisions on all claims after each look; open claims are undecided. Claims without
+    effects, such as published means within standard errors, are left out.
     """
     still = [claim for claim in claims if isinstance(claim, DecidableClaim)]
     decided: dict[DecidableClaim, Decided] = {}

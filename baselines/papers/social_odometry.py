@@ -33,7 +33,7 @@ from baselines.papers.paper import Paper
 SETUPS = ("es1", "es2", "es3")
 TOLERANCE = {"es1": 0.15, "es2": 0.20, "es3": 0.20, "real": 0.20}
 
-TRIPS = {  # round trips; of NC in es2 and es3 no more than that
+TRIPS = {  # published round trips; an upper bound for NC in es2 and es3
     "es1": {"NC": 60.0, "SGIKF": 150.0, "SGIFF": 170.0},
     "es2": {"NC": 50.0, "SGIKF": 1400.0},
     "es3": {"NC": 50.0, "SGIKF": 2000.0},
@@ -45,7 +45,7 @@ REAL_BETA = "beta=0.01"  # the only one run on the real robots (TR 6.2)
 
 
 def strategies(setup: str) -> dict[str, Source]:
-    """The five strategies of a setup by name; SGIFF with its best beta."""
+    """Return the five strategies of a setup by name; SGIFF has its best beta."""
     of: dict[str, Source] = {
         name.upper(): Experiment(setup, name) for name in ("nc", "ssgikf", "dsgikf")
     }
@@ -56,12 +56,12 @@ def strategies(setup: str) -> dict[str, Source]:
 
 
 def communicating(setup: str) -> tuple[Source, ...]:
-    """The four strategies with communication of a setup."""
+    """Return the four strategies with communication of a setup."""
     return tuple(source for name, source in strategies(setup).items() if name != "NC")
 
 
 def round_trip_claims(setup: str) -> list[Claim]:
-    """Claims on the number of round trips; NC has an exact one in es1 only."""
+    """Return the claims on round trips; that of NC is a number only in es1, else a bound."""
     of, published, near = strategies(setup), TRIPS[setup], TOLERANCE[setup]
     if setup == "es1":
         alone: Claim = number("es1: round trips, NC", of["NC"], published["NC"], near)
@@ -75,7 +75,7 @@ def round_trip_claims(setup: str) -> list[Claim]:
 
 
 def filter_claims(setup: str) -> list[Claim]:
-    """Claims on which filter is better, and which beta."""
+    """Return the claims on the better filter and the best beta."""
     of, sweep = strategies(setup), BetaSweep(setup)
     gain = ((of["SSGIFF"], of["SSGIKF"]),)
     return [
@@ -89,7 +89,7 @@ def filter_claims(setup: str) -> list[Claim]:
 
 
 def path_claims(setup: str) -> list[Claim]:
-    """Claims on the share of the robots on the path."""
+    """Return the claims on the share of robots on the path."""
     text, alone = f"{setup}: share on the path", (strategies(setup)["NC"],)
     return [
         share(f"{text}, with communication", communicating(setup), (0.5, 0.7)),
@@ -98,7 +98,7 @@ def path_claims(setup: str) -> list[Claim]:
 
 
 def recruitment_claims() -> list[Claim]:
-    """Claims on how much faster communication recruits, and on es3 without it."""
+    """Return the claims on faster recruitment with communication, and on es3 without it."""
     claims: list[Claim] = [
         number(
             f"{setup}: times faster recruitment with communication",
@@ -114,7 +114,7 @@ def recruitment_claims() -> list[Claim]:
 
 
 def real_claims() -> list[Claim]:
-    """Claims on the real robots."""
+    """Return the claims on the real robots."""
     of, talking = strategies("real"), Pool(communicating("real"))
     return [
         number("real: round trips, SGIKF", of["SSGIKF"], 120.0, TOLERANCE["real"]),
@@ -125,12 +125,12 @@ def real_claims() -> list[Claim]:
 
 
 def box_panel(setup: str, names: tuple[str, ...]) -> dict[str, dict[str, Source]]:
-    """One panel with a box for each strategy."""
+    """Return a panel with a box for each strategy."""
     return {name: {"": strategies(setup)[name]} for name in names}
 
 
 def beta_panel(setup: str) -> dict[str, dict[str, Source]]:
-    """One panel with both filters under each beta."""
+    """Return a panel with both filters at each beta."""
     filters = ("ssgiff", "dsgiff")
     return {
         f"{beta:g}": {name.upper(): BetaSweep(setup, name).at(beta) for name in filters}
@@ -139,7 +139,7 @@ def beta_panel(setup: str) -> dict[str, dict[str, Source]]:
 
 
 def figures() -> list[PaperFigure]:
-    """TR Figures 13 to 19."""
+    """Return TR Figures 13 to 19."""
     titles = {setup: f"({letter}) {setup}" for letter, setup in zip("abc", SETUPS, strict=True)}
     five = ("NC", "SSGIKF", "DSGIKF", "SSGIFF", "DSGIFF")
     recruited = "Time until all robots have visited both areas; n: runs in which all did."

@@ -1,4 +1,4 @@
-"""Transfer: each bundled policy in worlds that it was trained in and in others, against SGIKF.
+"""Transfer: each bundled policy in its training worlds and in others, against SGIKF.
 
 Not in the papers: the experiment itself. And chosen here:
 - the worlds are es1 with one thing changed, and the other worlds of two or more areas;
@@ -33,28 +33,28 @@ POLICIES = (
     "dsgiff-penalised", "learned-weighting", "learned-motion", "learned-both", "learned-sceptical",
     "learned-robust",
 )  # fmt: skip
-"""What is held against `ssgikf`: the best of the hand-written filters, and the policies."""
+"""Controllers compared with `ssgikf`: the best hand-written filter, and the policies."""
 
 LENGTH, WIDTH, DISTANCE, N_ROBOTS, WHEEL_NOISE = 1.7, 1.2, 1.5, 10, 0.058
-"""Of es1: its arena and the distance of its areas [m], its robots, the noise of its wheels."""
+"""Values of es1: arena and distance of the areas [m], number of robots, noise of the wheels."""
 
 
 class World(NamedTuple):
-    """A scenario, and what is changed there."""
+    """Scenario and the changes made to it."""
 
     scenario: str = "es1"
     settings: tuple[str, ...] = ()
-    parameters: str = ""  # of every controller
+    parameters: str = ""  # parameters of every controller
     physics: str | None = None  # None: the engine of all others
 
 
 def changed(*settings: str) -> World:
-    """es1 with these numbers changed."""
+    """Return es1 with these settings changed."""
     return World("es1", settings)
 
 
 def with_robots(n: int) -> World:
-    """es1 with n robots, at es1's density from ten on."""
+    """Return es1 with n robots, at the density of es1 from ten robots on."""
     grown = math.sqrt(max(1.0, n / N_ROBOTS))
     return changed(
         f"task.n_robots={n}", f"arena.length={grown * LENGTH:.3g}",
@@ -63,13 +63,13 @@ def with_robots(n: int) -> World:
 
 
 def with_distance(distance: float) -> World:
-    """es1 with areas so far apart [m], in an arena that is as much longer."""
+    """Return es1 with areas at this distance [m], in an arena longer by the same amount."""
     length = max(LENGTH, LENGTH + distance - DISTANCE)
     return changed(f"task.area_distance={distance:g}", f"arena.length={length:.3g}")
 
 
 def with_obstacles(radius: float, *each: Sequence[Sequence[float]]) -> World:
-    """es1 with pillars or walls of this radius through these points [m], on both sides."""
+    """Return es1 with pillars or walls of this radius through these points [m], on both sides."""
     both = [[[side * x, y] for x, y in points] for points in each for side in (1, -1)]
     made = [{"points": points, "radius": radius} for points in both]
     return changed(f"obstacles={json.dumps(made)}")
@@ -112,23 +112,23 @@ AXES: Mapping[str, Mapping[str, World]] = {
         for name in ("real", "es2", "es3", "mg1-dodecagon", "two-prey", "two-nests", "moving-prey")
     },
 }  # fmt: skip
-"""Worlds by what is changed and how."""
+"""Worlds by what is changed, and by its value."""
 
 WORLDS = [world for each in AXES.values() for world in each.values()]
 
 
 def experiment(controller: str, world: World) -> Experiment:
-    """A controller in one of the worlds."""
+    """Return the experiment of a controller in a world."""
     return Experiment(world.scenario, controller + world.parameters, world.settings, world.physics)
 
 
 def pair(policy: str, world: World) -> tuple[Experiment, Experiment]:
-    """A policy and `ssgikf` in a world."""
+    """Return the experiments of a policy and of `ssgikf` in a world."""
     return experiment(policy, world), experiment(BASE, world)
 
 
 def falls_below(results: Results, policy: str, world: World) -> bool:
-    """A policy makes fewer round trips than `ssgikf`."""
+    """Return whether a policy makes fewer round trips than `ssgikf`."""
     ours, base = (sample(results, each, round_trips) for each in pair(policy, world))
     return above(compare(base, ours))
 
@@ -137,7 +137,7 @@ CLAIMS = tuple(
     Order(f"{policy} above {BASE} in every world", tuple(pair(policy, each) for each in WORLDS))
     for policy in POLICIES
 )
-"""A question that no paper answers: is a policy above `ssgikf` in all worlds?"""
+"""Question that no paper answers: is a policy above `ssgikf` in all worlds?"""
 
 CAPTION = (
     f"Round trips of {BASE}, and of others as a multiple of them, with one thing changed in es1"
@@ -153,11 +153,11 @@ RATIOS = {
     for axis, worlds in AXES.items()
 }
 FIGURES = (RatioMaps("transfer", CAPTION, RATIOS),)
-"""The heat maps of each policy against `ssgikf`, a panel for each axis."""
+"""Heat maps of each policy against `ssgikf`, with a panel for each axis."""
 
 
 def table(results: Results) -> str:
-    """Where each policy falls below `ssgikf`."""
+    """Return the table of worlds in which each policy falls below `ssgikf`."""
     lines = []
     for policy in POLICIES:
         below = [
@@ -173,4 +173,4 @@ def table(results: Results) -> str:
 LEFT_OPEN = {"The experiment": "baselines.papers.transfer"}
 
 PAPER = Paper("transfer", CLAIMS, FIGURES, 10, LEFT_OPEN, table)
-"""The experiment of every policy in other worlds."""
+"""Experiment of every policy in every world."""
