@@ -108,7 +108,7 @@ def correct_moments(P: Moments, K: Gain, A: Gain, S: Matrix) -> None:
 
         P = P - K A' - A K' + K S K'
 
-    A = P - C and S = P + R - C - C' before it; the variance of the heading is unchanged.
+    A = P - C and S = P + R - C - C' before the correction; the variance of the heading stays.
 
     Source: BOIDS, Eq. 17.
     """
