@@ -227,13 +227,16 @@ def test_a_robot_alone_commands_the_same_in_web_assembly(controller, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"),
-    [("global", "it knows the truth"), ("boids-adaptive", "pair of robots")],
+    ("name", "world", "reason"),
+    [
+        ("global", "es1", "it knows the truth"),
+        ("boids-adaptive", "es1", "pair of robots"),
+        ("gather", "aggregation", "exchange no messages"),
+    ],
 )
-def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
-    assert ExportedRobot(find_layered_controller("covariance"), find_scenario("es1")).n_robots == 10
+def test_what_cannot_run_on_a_robot_alone_is_refused(name, world, reason):
     with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
-        ExportedRobot(find_layered_controller(name), find_scenario("es1"))
+        ExportedRobot(find_layered_controller(name), find_scenario(world))
 
 
 ARGOS = """
