@@ -25,6 +25,11 @@ CHIP = {"flash": 1024 * 1024, "ram": 192 * 1024}
 
 C_TYPES = {"int8": "int8_t", "int32": "int32_t", "float32": "float", "float64": "double"}
 
+CLEAR_MESSAGE = """\
+    memset(self->minds + self->number * MIND_SIZE + MESSAGE, 0, PAYLOAD_SIZE);
+"""
+"""Zeros for what a message does not tell of. The words of a policy last until its next decision."""
+
 BYTES_A_LINE = 20
 
 COMPILE = {  # command that compiles the example, by target
@@ -128,6 +133,7 @@ def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, ob
         "n_robots": exported.n_robots,
         "slots": exported.vector["received"].shape[0],
         "cruise": f"{scenario.robot.cruise_speed:g}",
+        "clear_message": "" if "words" in exported.payload else CLEAR_MESSAGE,
         "payload": payload_struct(exported.payload, exported.message_dtype),
         "code": weight.code,
         "data": weight.data,

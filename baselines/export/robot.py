@@ -18,6 +18,7 @@ from baselines.controller import LayeredController
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.envs.pilot import pilot_and_layers
+from swarm_forage_env.epuck.fault_record import LIAR, STALE
 from swarm_forage_env.equations.random_draws import first_word
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import act, observe_world, update_and_describe
@@ -205,7 +206,8 @@ class ExportedRobot:
     def record_vectors(self, seed: int, i: int, n_ticks: int) -> Array:
         """Return the inputs and outputs of robot i in a simulated world, tick by tick.
 
-        Its message is recorded in ticks in which the simulator composes it, for a listener.
+        Its message is recorded in ticks in which a robot listens and no fault changes the message;
+        it holds zeros for an area that the robot does not report.
         """
         loop, vectors = self.loop(seed), np.zeros(n_ticks, self.vector)
         robot, (minds, *_) = loop.world.robots[0, i], loop.controller.compiled.arrays
@@ -221,8 +223,12 @@ class ExportedRobot:
             vector["wheels"] = robot["command"]["wheels"]
             vector["is_speaking"] = robot["command"]["is_speaking"]
             is_told = "is_composed" not in minds.dtype.names or minds["is_composed"][0, i]
+            is_told = is_told and not robot["is_faulty"][[LIAR, STALE]].any()
             vector["has_payload"] = is_told
             vector["payload"] = minds[self.message][0, i] if is_told else 0
+            if "told" in self.payload:
+                for name in self.payload:
+                    vector["payload"][name][vector["payload"]["told"] == 0] = 0
         return vectors
 
     def busiest(self, seeds: Sequence[int], n_ticks: int) -> tuple[int, int]:

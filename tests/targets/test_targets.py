@@ -171,7 +171,8 @@ NETWORKS = (0, "motion"), (8, "motion"), (0, "weighting"), (0, "both"), (8, "eve
 def exported(controller, target, folder):
     """Export a controller or a network; its vectors, some of which hold messages and payloads."""
     name = any_network(folder, *controller) if isinstance(controller, tuple) else controller
-    robot = ExportedRobot(find_layered_controller(name), find_scenario("es1"))
+    scenario = find_scenario("es1", {"radio.range_model": "board"})
+    robot = ExportedRobot(find_layered_controller(name), scenario)
     export(robot, target, folder)
     vectors = np.fromfile(folder / "vectors.bin", robot.vector)
     assert vectors["n"].sum() > 10
@@ -237,6 +238,13 @@ def test_a_robot_alone_commands_the_same_in_web_assembly(controller, tmp_path):
 def test_what_cannot_run_on_a_robot_alone_is_refused(name, world, reason):
     with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
         ExportedRobot(find_layered_controller(name), find_scenario(world))
+
+
+def test_a_message_that_a_fault_changes_is_no_vector():
+    stale = find_scenario("es1", {"faults.stale.share": 1.0})
+    vectors = ExportedRobot(find_layered_controller("ssgikf"), stale).record_vectors(6, 6, 400)
+    assert vectors["n"].sum() > 10
+    assert not vectors["has_payload"].any()
 
 
 ARGOS = """

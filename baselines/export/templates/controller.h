@@ -111,7 +111,7 @@ static inline int controller_tick(controller_t *self, const controller_readings_
         memcpy(heard + HEARD_SENDER + 4 * k, &each->sender, 4);
         memcpy(self->minds + each->sender * MIND_SIZE + MESSAGE, &each->payload, PAYLOAD_SIZE);
     }
-    if (controller_run(self, 0, 0)) return 1;
+${clear_message}    if (controller_run(self, 0, 0)) return 1;
     memcpy(command->wheels, robot + COMMAND_WHEELS, sizeof command->wheels);
     command->is_speaking = robot[COMMAND_SPEAKING] != 0;
     memcpy(&command->payload, self->minds + self->number * MIND_SIZE + MESSAGE, PAYLOAD_SIZE);
