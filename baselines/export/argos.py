@@ -18,7 +18,7 @@ from baselines.export.robot import ExportedRobot
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.epuck.records import AREAS
-from swarm_forage_env.equations.ground import WHITE, brightness
+from swarm_forage_env.equations.ground import GREY, WHITE, brightness
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario
 
@@ -29,6 +29,28 @@ HEIGHT = 0.2  # height of walls and obstacles [m]
 MOST_ROBOTS = 256  # messages hold the index of the robot as one byte
 A_METRE = 400  # pixels of the floor image per metre
 
+INFRARED = 1.08212 / 36.8961
+"""Error of the distance at contact for all of an infrared reading [m]: `response` by its slope."""
+
+
+def check_for_argos(exported: ExportedRobot) -> None:
+    """ConfigError for more robots than messages can name, and for what ARGoS would leave out."""
+    scenario = exported.scenario
+    if exported.n_robots > MOST_ROBOTS:
+        raise ConfigError(
+            f"{exported.n_robots} robots: a message for ARGoS has room for numbers below"
+            f" {MOST_ROBOTS}; take fewer: --set task.n_robots=50"
+        )
+    for what, holds in {
+        "faulty robots": scenario.faults.is_any,
+        "an area that moves": any(each.moves_at is not None for each in scenario.places),
+    }.items():
+        if holds:
+            raise ConfigError(
+                f"--argos: scenario '{scenario.name}' has {what}, and the experiment would not;"
+                " take a scenario without, as es1"
+            )
+
 
 def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
     """Write `experiment.argos`, `floor.png` and `argos_controller.cpp` to the folder of the export.
@@ -38,11 +60,6 @@ def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
     from matplotlib.image import imsave
 
     scenario = exported.scenario
-    if exported.n_robots > MOST_ROBOTS:
-        raise ConfigError(
-            f"{exported.n_robots} robots: a message for ARGoS has room for numbers below"
-            f" {MOST_ROBOTS}; take fewer: --set task.n_robots=50"
-        )
     imsave(folder / "floor.png", floor(scenario), cmap="grey", vmin=0, vmax=255)
     write_atomically(folder / "experiment.argos", experiment(exported, seed).encode())
     words = {
@@ -65,13 +82,14 @@ def experiment(exported: ExportedRobot, seed: int) -> str:
         "random_seed": seed + 1,
         "seed": seed,
         "error": 100.0 * sensors.wheel_noise * scenario.robot.cruise_speed * scenario.tick,  # [cm]
-        "proximity_noise": sensors.proximity_noise,
-        "ground_noise": sensors.ground_noise,
+        "proximity_noise": sensors.proximity_noise * INFRARED,
+        "ground_noise": sensors.ground_noise * GREY,
         "range_noise": radio.range_noise / math.sqrt(3.0),
         "lost": 0.5 * (radio.loss_near + radio.loss_far),
     }
     size = _numbers((scenario.arena.length + 1.0, scenario.arena.width + 1.0, 1.0))
     words = {name: _numbers((each,)) for name, each in numbers.items()}
+    words["is_shadowed"] = str(radio.is_shadowed).lower()
     return filled("experiment.argos", {**words, "size": size, "bodies": bodies})
 
 
@@ -89,7 +107,7 @@ def _bodies(exported: ExportedRobot, seed: int) -> Iterator[str]:
             size = f'radius="{each.radius:.6g}" height="{HEIGHT:g}"'
             yield _body(f'cylinder id="disc_{k}" {size} movable="false"', each.points[0], 0.0)
     radio = f'rab_range="{scenario.radio.max_range:.6g}"'
-    radio += f' rab_data_size="{2 + 2 * scenario.radio.slots + exported.message_dtype.itemsize}"'
+    radio += f' rab_data_size="{3 + 2 * scenario.radio.slots + exported.message_dtype.itemsize}"'
     for k, (x, y, heading) in enumerate(exported.loop(seed).world.robots["pose"][0]):
         own = '  <controller config="swarm_forage" />'
         yield _body(f'e-puck id="epuck_{k}" {radio}', (x, y), heading, own)

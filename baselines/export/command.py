@@ -44,7 +44,7 @@ def export(
     """
     from baselines.evaluation.dataset import Dataset
     from baselines.evaluation.experiment_config import find_layered_controller, parse_settings
-    from baselines.export.argos import write_argos
+    from baselines.export.argos import check_for_argos, write_argos
     from baselines.export.files import export as write
     from baselines.export.robot import ExportedRobot
     from swarm_forage_env.errors import ConfigError
@@ -57,7 +57,9 @@ def export(
         raise ConfigError(
             f"--argos: ARGoS runs on a computer, not on {target}; add --target x86-64"
         )
-    Dataset(folder).open()  # refuses a folder that cannot be written to, as evaluate does
+    if argos:
+        check_for_argos(exported)
+    Dataset(folder).open()  # refuses what cannot be written, as evaluate does
     weight = write(exported, target, folder, argos)
     if argos:
         write_argos(exported, folder)

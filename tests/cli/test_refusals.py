@@ -17,6 +17,7 @@ def _runs_nothing(monkeypatch):
 
 EVALUATE = "evaluate", "es1", "nc"
 TRAIN = "train", "weighting", "es1"
+ARGOS = "--argos", "--target=x86-64"
 ON_GPU = "--device=cuda", "--physics=kinematic"
 
 REFUSED = [
@@ -78,6 +79,8 @@ REFUSED = [
     (("evaluate", "es1", "learned-weighting:policy=taken"), "no policy named 'taken'"),
     ((*EVALUATE, "learned-both", "--set=radio.slots=2"), "does not fit 'es1': obs"),
     (("export", "nc", "--out=taken"), "--out taken: cannot be written (File exists); name"),
+    (("export", "nc", *ARGOS, "--set=faults.deaf.share=1"), "has faulty robots, and the experi"),
+    (("export", "nc", *ARGOS, "--scenario=moving-prey"), "has an area that moves, and the"),
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),

@@ -249,6 +249,7 @@ def test_a_message_that_a_fault_changes_is_no_vector():
 
 ARGOS = """
 #pragma once
+#include <cstdio>
 #include <string>
 #include <sstream>
 #include <vector>
@@ -287,8 +288,24 @@ struct CCI_Controller {
 """What the controller calls of ARGoS, by the declarations of its control interface."""
 
 
+PROBE = """
+int main() {
+    CSwarmForageController robot;
+    CCI_RangeAndBearingSensor radio;
+    robot.m_pcHear = &radio;
+    for (UInt8 state : {UInt8(0), LISTENS, SPEAKS}) {
+        std::vector<UInt8> heard, bytes(HEADER + PAYLOAD_SIZE, 1);
+        bytes[2] = state, bytes[3] = 0; /* robot 1 has heard one other: robot 0 */
+        radio.r = {{0.1, {}, {}, {bytes}}};
+        controller_received_t received[CONTROLLER_SLOTS];
+        printf("%d ", robot.Receive(received, heard));
+    }
+}
+"""
+
+
 @needs("g++")
-def test_the_controller_for_argos_compiles_as_cplusplus(tmp_path):
+def test_the_controller_for_argos_takes_in_what_is_spoken(tmp_path):
     exported("learned-both", "x86-64", tmp_path)
     robot = ExportedRobot(find_layered_controller("learned-both"), find_scenario("es1"))
     write_argos(robot, tmp_path)
@@ -296,8 +313,10 @@ def test_the_controller_for_argos_compiles_as_cplusplus(tmp_path):
     for header in re.findall(r"<(argos3/\S+)>", source):
         (tmp_path / header).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / header).write_text(ARGOS)
-    flags = "-std=c++17", "-Wall", "-Werror", "-I.", "-fPIC", "-shared"
-    run("g++", *flags, "argos_controller.cpp", "controller.o", "-o", "controller.so", cwd=tmp_path)
+    (tmp_path / "probe.cpp").write_text(source.replace("private:", "public:") + PROBE)
+    flags = "-std=c++17", "-Wall", "-Werror", "-I."
+    run("g++", *flags, "probe.cpp", "controller.o", "-o", "probe", cwd=tmp_path)
+    assert run("./probe", cwd=tmp_path) == "0 0 1 "
 
 
 def test_the_readme_names_every_other_file(command):
@@ -319,6 +338,9 @@ def test_an_experiment_of_argos_has_the_arena_of_the_scenario(tmp_path):
         scenario.obstacles
     )
     assert root.find("framework/experiment").get("ticks_per_second") == "10"
+    levels = [root.find(f".//{each}").get("noise_level") for each in ("proximity", "ground")]
+    assert levels == ["0.00586577", "0.15"]
+    assert root.find("media/range_and_bearing").get("check_occlusions") == "false"
     light = floor(scenario)
     per_metre = light.shape[1] / (scenario.arena.length + 1.0)
     for area, brightness in zip(scenario.places, (0, 128), strict=False):

@@ -1,8 +1,9 @@
 /* $name of swarm-forage $version as a controller of ARGoS 3: link it with controller.o.
  *
  * A robot tells what it hears and from where, so that its neighbours know the bearing back: the board
- * of the e-puck has no compass. Bytes of a message: its own number, how many it heard, number and
- * bearing [degrees / 2] of each, and the payload. Only who is told his own bearing takes a message in.
+ * of the e-puck has no compass. Bytes of a message: its own number, how many it heard, LISTENS or
+ * SPEAKS (0 before the first), number and bearing [degrees / 2] of each, and the payload. Only who is
+ * told his own bearing by a robot that speaks takes a message in.
  */
 #include <algorithm>
 #include <cmath>
@@ -22,7 +23,8 @@
 
 using namespace argos;
 
-static const size_t HEADER = 2 + 2 * CONTROLLER_SLOTS;
+static const UInt8 LISTENS = 1, SPEAKS = 2;
+static const size_t HEADER = 3 + 2 * CONTROLLER_SLOTS;
 static const double AXLE = $axle; /* [m] */
 
 class CSwarmForageController : public CCI_Controller {
@@ -50,11 +52,9 @@ public:
         std::vector<UInt8> cHeard;
         controller_received_t psReceived[CONTROLLER_SLOTS];
         int nReceived = Receive(psReceived, cHeard);
-        controller_command_t sCommand;
-        if (controller_tick(&m_sController, &sReadings, psReceived, nReceived, &sCommand)) {
-            m_pcWheels->SetLinearVelocity(0.0, 0.0);
-            return;
-        }
+        controller_command_t sCommand = {};
+        if (controller_tick(&m_sController, &sReadings, psReceived, nReceived, &sCommand))
+            sCommand = {}; /* stands still and is silent */
         const double fSpeed = 100.0 * CONTROLLER_CRUISE; /* [cm/s] */
         m_pcWheels->SetLinearVelocity(fSpeed * sCommand.wheels[0], fSpeed * sCommand.wheels[1]);
         Say(sCommand, cHeard);
@@ -83,19 +83,21 @@ private:
     int Receive(controller_received_t *ps_received, std::vector<UInt8> &c_heard) {
         int nReceived = 0;
         for (const auto &sPacket : m_pcHear->GetReadings()) {
+            if (sPacket.Data[2] == 0) continue;
             const int nSender = sPacket.Data[0];
             const double fBearing = ToDegrees(sPacket.HorizontalBearing).GetValue();
             if (c_heard.size() / 2 < CONTROLLER_SLOTS) {
                 c_heard.push_back(nSender);
                 c_heard.push_back(static_cast<UInt8>(std::lround(fBearing / 2.0) & 0xFF));
             }
+            if (sPacket.Data[2] != SPEAKS) continue;
             for (int k = 0; k < sPacket.Data[1] && nReceived < CONTROLLER_SLOTS; k++) {
-                if (sPacket.Data[2 + 2 * k] != m_nNumber) continue;
+                if (sPacket.Data[3 + 2 * k] != m_nNumber) continue;
                 controller_received_t &sOwn = ps_received[nReceived++];
                 sOwn.range = 0.01 * sPacket.Range;
                 sOwn.bearing = sPacket.HorizontalBearing.GetValue();
                 sOwn.bearing_back =
-                    ToRadians(CDegrees(2.0 * static_cast<SInt8>(sPacket.Data[3 + 2 * k]))).GetValue();
+                    ToRadians(CDegrees(2.0 * static_cast<SInt8>(sPacket.Data[4 + 2 * k]))).GetValue();
                 sOwn.n_averaged = 1.0f;
                 sOwn.sender = nSender;
                 UInt8 *pnTo = reinterpret_cast<UInt8 *>(&sOwn.payload);
@@ -109,7 +111,8 @@ private:
         std::vector<UInt8> cBytes(HEADER + PAYLOAD_SIZE, 0);
         cBytes[0] = m_nNumber;
         cBytes[1] = c_heard.size() / 2;
-        std::copy(c_heard.begin(), c_heard.end(), cBytes.begin() + 2);
+        cBytes[2] = s_command.is_speaking ? SPEAKS : LISTENS;
+        std::copy(c_heard.begin(), c_heard.end(), cBytes.begin() + 3);
         std::memcpy(cBytes.data() + HEADER, &s_command.payload, PAYLOAD_SIZE);
         for (size_t b = 0; b < cBytes.size(); b++) m_pcSay->SetData(b, cBytes[b]);
     }
