@@ -84,6 +84,8 @@ class Stage:
     """Moves of areas: index of the area, time [s], new x and y [m]."""
     states: tuple[str, ...] = STATES
     """Name of each code of `Scene.doing` in this task; empty for codes that never occur."""
+    believes: bool = True
+    """Whether robots can have estimates of their own position or of areas."""
     goals: GoalField | None = None
     """Area of goals; None if robots visit none."""
     headings: tuple[str, str] = ("Round trips", "On path")

@@ -150,6 +150,7 @@ class EpuckTask:
             names=("",) * len(centres),
             area_radius=scenario.area_radius,
             states=DRIVING,
+            believes=False,
             headings=self.headings,
             **walls(scenario),
         )

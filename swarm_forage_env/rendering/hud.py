@@ -45,10 +45,11 @@ class HeadUpDisplay:
         self._blank.fill(palette.PAGE)
         for line, icons in enumerate(legend_of(stage)):
             self._draw_icons(icons, line)
-        if layout.beliefs:
+        if layout.beliefs and stage.believes:
             self._draw_key_of_beliefs()
         if layout.keys:
-            self._write_line(self._blank, HELP, layout.legend_lines + 2, palette.FAINT)
+            line = layout.legend_lines + 1 + stage.believes
+            self._write_line(self._blank, HELP, line, palette.FAINT)
 
     def draw(self, scene: Scene, selected: int | None, aside: str) -> None:
         """Draw everything but the arena."""
@@ -128,7 +129,7 @@ class HeadUpDisplay:
             words += [f"{100.0 * off:.0f} cm off, ellipse {long:.0f} cm", f"goal {away:.1f} m away"]
             words.append(f"{own.right[robot]} claimed rightly, {own.wrong[robot]} wrongly")
             return "   ".join(words)
-        for area, name in enumerate(("nest", "prey")):
+        for area, name in enumerate(("nest", "prey") if self._stage.believes else ()):
             if scene.known[robot, area]:
                 believed = scene.believed[robot, area]
                 true = self._stage.nearest_area(area, believed, scene.time)

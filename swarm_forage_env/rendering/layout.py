@@ -55,7 +55,7 @@ class Layout:
         self.corner = (width - self.arena[0]) // 2, header
         """Upper left corner of the arena, below the panel."""
         self.legend_lines = 1 if stage.goals is None else 2
-        n_lines = self.legend_lines + 2 * beliefs + keys
+        n_lines = self.legend_lines + (1 + stage.believes) * beliefs + keys
         height = header + self.arena[1] + n_lines * self.line + self.margin
         self.height = height + height % 2  # videos need even sizes
         self.robot_radius = max(stage.robot_radius * self.scale, SMALLEST_RADIUS * self.unit)

@@ -31,7 +31,8 @@ SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "drive
 
 
 OF_STAGE = (
-    "scenario", "length", "width", "kinds", "names", "moves", "tick", "states", "headings"
+    "scenario", "length", "width", "kinds", "names", "moves", "tick", "states", "believes",
+    "headings",
 )  # fmt: skip
 """Fields of a stage that have the same name in the page."""
 

@@ -77,6 +77,13 @@ def test_the_error_of_a_belief_is_told_to_the_nearest_area_of_its_kind():
     assert stage.nearest_area(1, np.array([-0.2, -0.1]), 0.0).tolist() == [0.7, -0.3]
 
 
+def test_of_a_robot_that_believes_nothing_no_area_is_told():
+    stage = replace(STAGE, believes=False)
+    panel = Painter(stage, Layout(stage, 512, beliefs=True))._panel
+    assert panel._words_on(scene([(0.0, 0.0)]), 0) == "Robot 0: lost"
+    assert Layout(stage, 512, beliefs=True).height < Layout(STAGE, 512, beliefs=True).height
+
+
 def test_obstacles_and_the_outer_wall_lie_where_they_are():
     scenario = find_scenario("es1", {"obstacles": OBSTACLES, "arena.corners": CORNERS})
     _, at = painted(scene([(0.0, 0.0)]), stage=stage_of(scenario, "nc"), width=720)

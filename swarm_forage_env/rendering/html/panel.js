@@ -1,7 +1,8 @@
 /* The words beside the picture. */
+const SEEN = about.believes ? "what it believes and hears" : "what it hears";
 const HINT = window.matchMedia("(hover: none)").matches
-  ? "Tap a robot to see what it believes and hears."
-  : "Point at a robot to see what it believes and hears; click to keep it.";
+  ? `Tap a robot to see ${SEEN}.`
+  : `Point at a robot to see ${SEEN}; click to keep it.`;
 
 const panel = {
   prepare() {
@@ -54,6 +55,11 @@ const panel = {
     element("score-name").textContent = about.headings[0];
     element("share-name").textContent = about.headings[1];
     element(about.goals ? "signs" : "goal-signs").remove();
+    if (!about.believes) {
+      element("share-box").title = "";
+      element("beliefs").hidden = true;
+      element("signs").querySelectorAll(".of-belief").forEach((sign) => sign.remove());
+    }
     if (!about.goals) return;
     element("goal-signs").id = "signs";
     element("share-box").title = "Share of robots whose true place lies within their ellipse";
@@ -118,13 +124,13 @@ const panel = {
     const heard = messagesNow().filter((message) => message.receiver === view.focus);
     const senders = [...new Set(heard.map((message) => message.sender))].sort((a, b) => a - b);
     const rows = about.goals ? [[""], ...goals.rows(robot)] : [
-      ["", "off by", "p"],
-      ...robot.beliefs.map((belief, which) => [
+      about.believes ? ["", "off by", "p"] : [""],
+      ...(about.believes ? robot.beliefs : []).map((belief, which) => [
         AREAS[which],
         belief ? `${belief.off.toFixed(2)} m` : "unknown",
         belief ? `${belief.p.toFixed(2)} m` : "–",
       ]),
-      ["round trips", String(robot.trips)],
+      [about.headings[0].toLowerCase(), String(robot.trips)],
     ];
     rows.push(["doing", about.states[robot.doing] + (robot.faulty ? ", faulty" : "")]);
     rows.push([about.goals ? "sees" : "hears",
