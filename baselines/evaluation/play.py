@@ -95,7 +95,8 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     first = configurations[0]
     if not isinstance(first.scenario, Scenario):
         raise ConfigError(
-            f"scenario '{first.scenario.name}': a page needs one in which robots forage, as es1"
+            f"scenario '{first.scenario.name}': a page runs only worlds that forage, as es1; watch"
+            " --html writes a replay of any"
         )
     stage = stage_of(first.scenario, first.label)
     every = max(1, round(FRAME / stage.tick))

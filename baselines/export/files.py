@@ -30,6 +30,10 @@ CLEAR_MESSAGE = """\
 """
 """Zeros for what a message does not tell of. The words of a policy last until its next decision."""
 
+ABOUT_MESSAGE = """\
+/* What robots tell of the nest [0] and of the prey area [1]: told, 1 if of it, else zeros; its
+ * distance and direction in the body frame of the sender; p, its inverse confidence. */"""
+
 BYTES_A_LINE = 20
 
 COMPILE = {  # command that compiles the example, by target
@@ -146,7 +150,7 @@ def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, ob
 
 def payload_struct(fields: Mapping[str, Field], dtype: RecordType) -> str:
     """Return the message as a C struct, with units as comments."""
-    lines = ["/* What robots tell of the nest [0] and of the prey area [1]. */", "typedef struct {"]
+    lines = [ABOUT_MESSAGE, "typedef struct {"]
     if "words" in fields:
         lines[0] = "/* What robots tell each other: its meaning is the policy's. */"
     for name, each in fields.items():

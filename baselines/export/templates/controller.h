@@ -5,6 +5,7 @@
  * counterclockwise from straight ahead, in the frame of the robot's body. There is no heap. Of libc it
  * calls memcpy and memset, and where the processor has no double also floor, sqrt and the compiler's
  * sums and products, which must round as IEEE 754 says.
+ * Include it in one file of C: each that does gets a copy of the numbers.
  */
 #ifndef SWARM_FORAGE_CONTROLLER_H
 #define SWARM_FORAGE_CONTROLLER_H
