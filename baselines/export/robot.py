@@ -115,7 +115,6 @@ class ExportedRobot:
         if compiled.has_beliefs:
             own = controller.estimator.layer(scenario)
             reasons["its estimator keeps something of each pair of robots"] = own.shared is not None
-            reasons["its robots exchange no messages"] = "message" not in own.mind.fields
             reasons["its estimator takes in with a template of its own"] = (
                 own.observe is not observe_world
             )

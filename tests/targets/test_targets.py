@@ -228,16 +228,12 @@ def test_a_robot_alone_commands_the_same_in_web_assembly(controller, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "world", "reason"),
-    [
-        ("global", "es1", "it knows the truth"),
-        ("boids-adaptive", "es1", "pair of robots"),
-        ("gather", "aggregation", "exchange no messages"),
-    ],
+    ("name", "reason"),
+    [("global", "it knows the truth"), ("boids-adaptive", "pair of robots")],
 )
-def test_what_cannot_run_on_a_robot_alone_is_refused(name, world, reason):
+def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
     with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
-        ExportedRobot(find_layered_controller(name), find_scenario(world))
+        ExportedRobot(find_layered_controller(name), find_scenario("es1"))
 
 
 def test_a_message_that_a_fault_changes_is_no_vector():
