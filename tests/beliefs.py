@@ -6,10 +6,7 @@ from swarm_forage_env.foraging.metrics import nearest_areas
 
 
 def localisation_error(loop):
-    """Distance from where each robot believes an area to be to the nearest one [m].
-
-    0 where it knows of none.
-    """
+    """Distance from the believed to the nearest true place of an area [m]; 0 if unknown."""
     world, seen = loop.world, loop.situation
     x, y, theta = world.state.pose.T[..., None]
     c, s, (ahead, left) = np.cos(theta), np.sin(theta), np.moveaxis(seen.areas, 2, 0)

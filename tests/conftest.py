@@ -163,10 +163,7 @@ def command(capsys, monkeypatch, tmp_path):
 
 @pytest.fixture
 def full_disk():
-    """A context in which no file grows beyond so many bytes, as on a disk that is full.
-
-    Permissions do not stop root, and this does.
-    """
+    """A context in which no file grows beyond so many bytes: a full disk, for root too."""
 
     @contextlib.contextmanager
     def limited(n_bytes):

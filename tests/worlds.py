@@ -27,10 +27,7 @@ def everything(loop, worlds=slice(None)):
 
 
 def check_same_world(loop, world, other, other_world=0):
-    """Assert that worlds of two running blocks are in the same state, bit for bit.
-
-    But for the action, which a learner or a rule in NumPy writes and no reset touches.
-    """
+    """Assert that worlds of two running blocks are in the same state, but for their actions."""
     mine = everything(loop, slice(world, world + 1))
     theirs = everything(other, slice(other_world, other_world + 1))
     assert mine.keys() == theirs.keys()

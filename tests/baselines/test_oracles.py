@@ -29,10 +29,7 @@ def beliefs(loop):
 
 
 def run_deceived(name, ticks, far):
-    """Robots with wrong places, which stand elsewhere whenever their controller has the word.
-
-    They are that far from where they truly are, and unsure enough to listen under every rule.
-    """
+    """Robots that are wrong about their places by that far, and unsure enough to listen."""
     loop = start(name, **{"radio.max_range": 0.5, "radio.exchange_time": 0.1})
     controller, pose, b = loop.controller, loop.world.robots["pose"], beliefs(loop)
     rng = np.random.default_rng(1)

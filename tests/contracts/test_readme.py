@@ -1,7 +1,4 @@
-"""What README, CONTRIBUTING and the page on the environment show is run as it stands.
-
-The rules to add, of CONTRIBUTING and of the guide, keep the contracts of all rules.
-"""
+"""The code that README, CONTRIBUTING and the page on the environment show runs as printed."""
 
 import importlib.util
 import re

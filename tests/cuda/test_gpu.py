@@ -1,7 +1,4 @@
-"""Worlds on a GPU: the same bits twice, a tick as on a CPU, and the same episodes.
-
-Skipped where there is no GPU. The simulator has tests of its own.
-"""
+"""Worlds on a GPU repeat their bits, ticks and episodes of a CPU; skipped without a GPU."""
 
 import copy
 import os

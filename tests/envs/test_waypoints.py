@@ -1,8 +1,4 @@
-"""The environment of the waypoints world: spaces, cuts, infos and state.
-
-The proof of the cuts is that of foraging: the baseline's own rule, driven from outside through
-`env.step` from the observation alone, reproduces the built-in run bit for bit.
-"""
+"""The environment of waypoints: spaces, cuts (proven as for foraging), infos and state."""
 
 from itertools import product
 

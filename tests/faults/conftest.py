@@ -67,10 +67,7 @@ def rng(request):
 
 
 def processor_seconds():
-    """Processor time of this process, and of those that it started and waited for [s].
-
-    Workers of a command that was killed are not among them.
-    """
+    """Processor time of this process and of the children that it has waited for [s]."""
     who = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
     used = [resource.getrusage(each) for each in who]
     return sum(each.ru_utime + each.ru_stime for each in used)

@@ -8,10 +8,7 @@ from swarm_forage_env.random_streams import NoiseSource
 
 
 def driven(running, go, **overrides):
-    """es1 after 60 ticks of wheels and talk that do not depend on what is sensed.
-
-    Under this seed some robots are sent more messages than they have slots for.
-    """
+    """es1 after 60 ticks of fixed wheels and talk; some robots are sent more than their slots."""
     world = running("es1", [6], "kinematic", **overrides).world
     wheels = np.random.default_rng(0).uniform(-0.06, 0.06, (6, world.rows, 2))
     heard = []

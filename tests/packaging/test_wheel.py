@@ -1,7 +1,4 @@
-"""What a user installs: the wheel, alone in an environment, outside the checkout.
-
-pip finds and installs what it needs from the package index.
-"""
+"""The wheel alone, in an environment outside the checkout, with dependencies from the index."""
 
 import os
 import subprocess

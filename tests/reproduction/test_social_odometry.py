@@ -1,8 +1,4 @@
-"""Social odometry still works: few seeds and wide bands, in minutes (`pytest -m reproduces`).
-
-The full reproduction is `swarm-forage reproduce social-odometry`. These bands are far wider than
-its own: they hold against another draw of seeds, and break with the filter.
-"""
+"""Social odometry works, by few seeds and bands far wider than those of `reproduce`."""
 
 from dataclasses import dataclass, replace
 
@@ -88,10 +84,7 @@ class Opposite:
 
 @pytest.mark.parametrize("controller", [SSGIKF, SSGIFF])
 def test_the_opposite_gain_is_worse(controller):
-    """Held against its own opposite, a filter needs no band to show that it is broken.
-
-    With ten messages a tick, so that what is heard is worth weighing.
-    """
+    """A filter beats its own opposite without any band, with ten messages a tick."""
     right = find_layered_controller(controller)
     scenario = find_scenario("es1", {"radio.frames": 10})
     rule = RowWeighting(right.weighting.layer(scenario))

@@ -1,7 +1,4 @@
-"""A third task is one folder of its own: no file here knows of it, and everything runs it.
-
-The folder is `patrol`: three places that robots visit in turn. Its name is nowhere else.
-"""
+"""Everything runs a third task, the folder `patrol`, which no other file here names."""
 
 import json
 from pathlib import Path

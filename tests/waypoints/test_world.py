@@ -1,7 +1,4 @@
-"""The waypoints world: a world in a block is the world alone, a robot in a swarm goes by its own.
-
-Of layers that differ, compiled or in NumPy, with one estimator.
-"""
+"""Waypoints: a world in a block is the world alone, for layers that are compiled or in NumPy."""
 
 from dataclasses import replace
 from functools import partial

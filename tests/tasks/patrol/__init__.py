@@ -1,7 +1,4 @@
-"""A package of somebody else's: robots that visit three places in turn, as often as they can.
-
-Its entry point, in the group `swarm_forage_env.controllers`, names this package.
-"""
+"""An outside package, named by its entry point: robots visit three places in turn."""
 
 from patrol import control, task
 
