@@ -28,7 +28,7 @@ def test_a_table_of_a_policy_has_no_empty_column_and_one_row_for_words_and_a_cho
     assert words == ["| 3 to 14 | `words` 0 to 11 | as sent | -1 | 1 |"]
     head = "| numbers | name | unit and scale | from | to | meaning |"
     assert head in card_tables.policy("waypoints-05", "motion")
-    assert "one of three: nest, prey, none" in card_tables.policy("es1", "motion")
+    assert "in one-hot form: nest, prey, none" in card_tables.policy("es1", "motion")
     weighting = card_tables.policy("waypoints-05", "weighting")
     assert 'Action of `learn="weighting"`, 1 number {' in weighting
 

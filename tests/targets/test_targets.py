@@ -171,7 +171,7 @@ NETWORKS = (0, "motion"), (8, "motion"), (0, "weighting"), (0, "both"), (8, "eve
 def exported(controller, target, folder):
     """Export a controller or a network; its vectors, some of which hold messages and payloads."""
     name = any_network(folder, *controller) if isinstance(controller, tuple) else controller
-    scenario = find_scenario("es1", {"radio.range_model": "board"})
+    scenario = find_scenario("es1", {"radio.frames": 5 if target == "x86-64" else 2})
     robot = ExportedRobot(find_layered_controller(name), scenario)
     export(robot, target, folder)
     vectors = np.fromfile(folder / "vectors.bin", robot.vector)
