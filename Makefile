@@ -165,7 +165,7 @@ reproduce: $(READY)  ## the claims and figures of the three papers, boids that f
 		--page docs/papers/adaptive_boids.md
 	$(BIN)/swarm-forage reproduce boids-foraging --physics kinematic --workers $(WORKERS) \
 		--page docs/papers/boids_foraging.md
-	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 6 \
+	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 30 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/robustness.md
 	$(BIN)/swarm-forage reproduce transfer --set task.duration=1800 --seed 1000 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/transfer.md
