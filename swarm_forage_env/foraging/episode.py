@@ -1,4 +1,4 @@
-"""Episodes of foraging: their results, and the meters that measure them."""
+"""Episodes of foraging: their results, and how these are measured."""
 
 from dataclasses import dataclass
 from typing import Any
