@@ -17,7 +17,7 @@ from typer.core import TyperArgument, TyperOption
 from baselines.evaluation.commands import evaluate, play, watch
 from baselines.evaluation.commands import plot as plot_figure
 from baselines.evaluation.common_options import controller_names, scenario_names
-from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
+from baselines.evaluation.console import error_message, interrupts_raised, report_old_names, say
 from baselines.export.command import export
 from baselines.new.command import new
 from baselines.papers.commands_reproduce import reproduce
@@ -75,7 +75,7 @@ def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> 
         kind.display_type_rich = value_in_help  # type: ignore[method-assign,assignment]
     program = commands.info.name
     try:
-        with old_names_told():
+        with report_old_names():
             status = commands(arguments, prog_name=program, standalone_mode=False)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has closed the pipe

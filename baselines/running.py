@@ -166,7 +166,7 @@ class RunningLayers:
         )
         return joined([*deciding, observing])
 
-    def consult(self) -> None:
+    def call_rules(self) -> None:
         """Call the rules written in NumPy. A policy takes precedence; its corrections are added."""
         robots, commanded = self.world.robots, self._task.commanded
         action, command = robots["action"], robots["command"][commanded]
@@ -189,7 +189,7 @@ class RunningLayers:
         for group in self._groups:
             group.reset(first, last, seeds)
 
-    def numbers_in(self, world: int, scenario: BaseScenario) -> list[Array]:
+    def parameters_in(self, world: int, scenario: BaseScenario) -> list[Array]:
         """Return the parameters of the robots of a world in another scenario: of team and groups.
 
         ConfigError if a layer does not support the scenario.
@@ -198,8 +198,8 @@ class RunningLayers:
         check_alike([self._first_layers, robot_layers[0]])
         return self._settings_of(robot_layers)
 
-    def renumber(self, world: int, numbers: Sequence[Array]) -> None:
-        """Write parameters returned by `numbers_in` for one world."""
+    def write_parameters(self, world: int, numbers: Sequence[Array]) -> None:
+        """Write parameters returned by `parameters_in` for one world."""
         for settings, own in zip(self._settings, numbers, strict=True):
             settings[world] = own[0]
 

@@ -45,7 +45,7 @@ OPTIONS = {"error_model": "numpy", "nogil": True}
 INLINED = {**OPTIONS, "forceinline": True}
 
 
-def _name_functions_anew() -> None:
+def _make_names_unique() -> None:
     """Make the names of functions in machine code unique to this process.
 
     Numba numbers functions and records per process. If two processes cached functions of one name,
@@ -55,9 +55,9 @@ def _name_functions_anew() -> None:
     bytecode.FunctionIdentity._unique_ids = count(start)
 
 
-_name_functions_anew()
+_make_names_unique()
 if sys.platform != "win32":  # Windows has no fork
-    os.register_at_fork(after_in_child=_name_functions_anew)
+    os.register_at_fork(after_in_child=_make_names_unique)
     os.register_at_fork(  # a fork waits for compilations in other threads, or the child would hang
         before=global_compiler_lock.acquire,
         after_in_parent=global_compiler_lock.release,
@@ -227,7 +227,7 @@ class _Locator:
     def __init__(self, function: Function) -> None:
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
         # the last: names of older machine code could collide with those of other functions
-        options = INLINED, Lean.__name__, config.BOUNDSCHECK, _name_functions_anew.__name__
+        options = INLINED, Lean.__name__, config.BOUNDSCHECK, _make_names_unique.__name__
         of_gpu = GPU_OPTIONS, fingerprint(as_on_cpu)
         self._key = fingerprint(function, *compilers, *options, *of_gpu)
 
@@ -309,7 +309,7 @@ class _LateCache:
 
 
 @contextmanager
-def compiling_told(tell: Callable[[str], None]) -> Iterator[None]:
+def report_compiling(tell: Callable[[str], None]) -> Iterator[None]:
     """Call a function with the name of each entry point that is about to be compiled."""
     _listeners.append(tell)
     try:

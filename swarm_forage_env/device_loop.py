@@ -50,10 +50,10 @@ class DeviceLoop:
         self._modes = self.memory.to_device(loop.world.modes)
         put = self.memory.repeated if loop.is_blank else self.memory.to_device
         self.arrays = {name: put(own) for name, own in self._host().items()}
-        self.trouble = self.memory.to_device(loop.world.trouble)
+        self.errors = self.memory.to_device(loop.world.errors)
         """Error code of each world since the last call of `check`."""
         world, layers = (tuple(self.arrays[name] for name in names) for names in (WORLD, LAYERS))
-        self.ticking = world, layers, self.trouble
+        self.ticking = world, layers, self.errors
         """Arguments of the templates of ticks: arrays of worlds and layers, and error codes."""
         first_robot, *places = map(self.memory.repeated, loop.world.starts)
         firsts = map(self.memory.to_device, self.layers.firsts)
@@ -102,8 +102,8 @@ class DeviceLoop:
         return {name: partial(self._launch, each, 1, self._modes) for name, each in kernels.items()}
 
     def _launch(self, kernel: GridKernel, n_ticks: int, modes: PlacedArray) -> None:
-        (world, layers, trouble), n_worlds = self.ticking, self.world.n_worlds
-        kernel[self.launch](world, layers, modes, trouble, 0, n_worlds, n_ticks)
+        (world, layers, errors), n_worlds = self.ticking, self.world.n_worlds
+        kernel[self.launch](world, layers, modes, errors, 0, n_worlds, n_ticks)
 
     @property
     def traffic(self) -> dict[str, int]:
@@ -127,16 +127,14 @@ class DeviceLoop:
         seed_of = self.world.seed_of(seeds, worlds)
         which = [*seed_of]
         if scenarios is not None:
-            self.loop.renumber(scenarios, which)
+            self.loop.replace_scenarios(scenarios, which)
             self.upload(which, NUMBERS)
         n_worlds = self.world.n_worlds
         own, modes = np.zeros(n_worlds, np.uint64), np.zeros(n_worlds, np.int8)
         own[which], modes[which] = [*seed_of.values()], BEGINS
         self.memory.write(self.starts[3], own)
-        which_begin, (world, layers, trouble) = self.memory.to_device(modes), self.ticking
-        self._begin[self.launch](
-            world, layers, self.starts, self.layers.noise, which_begin, trouble
-        )
+        which_begin, (world, layers, errors) = self.memory.to_device(modes), self.ticking
+        self._begin[self.launch](world, layers, self.starts, self.layers.noise, which_begin, errors)
         self.run(1, which_begin)
 
     def fields(self, layout: FieldLayout) -> tuple[Any, Any, Any, Any, int]:
@@ -170,9 +168,9 @@ class DeviceLoop:
 
     def check(self) -> None:
         """Raise errors since the last call, as `Loop.check` does; this waits for the GPU."""
-        if self.memory.read(self.trouble[-1:])[0]:
-            self.world.trouble[...] = self.memory.read(self.trouble)
-            self.memory.write(self.trouble, np.zeros_like(self.world.trouble))
+        if self.memory.read(self.errors[-1:])[0]:
+            self.world.errors[...] = self.memory.read(self.errors)
+            self.memory.write(self.errors, np.zeros_like(self.world.errors))
             self.download()
             self.loop.check()
 

@@ -52,7 +52,7 @@ def other_package(module: str | None) -> str | None:
 
 
 @contextmanager
-def missing_told() -> Iterator[None]:
+def report_missing() -> Iterator[None]:
     """End the program with one line and status 1 if a package of an extra is missing."""
     try:
         yield

@@ -161,16 +161,16 @@ class RunningController(Protocol):
     def check_on_gpu(self) -> None:
         """Raise ConfigError, with the reason, for layers that run on a CPU only."""
 
-    def consult(self) -> None:
+    def call_rules(self) -> None:
         """Call the rules written in NumPy, and write their actions."""
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset the worlds first .. last - 1, and seed their random streams with these seeds."""
 
-    def numbers_in(self, world: int, scenario: BaseScenario) -> object:
+    def parameters_in(self, world: int, scenario: BaseScenario) -> object:
         """Return a world's layer parameters in another scenario; ConfigError if unsupported."""
 
-    def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
+    def write_parameters(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
         """Use these parameters in one world from now on."""
 
     def snapshot(self) -> Any:  # noqa: ANN401 of the controller

@@ -24,7 +24,7 @@ from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.record import Rows, copied_rows
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World
-from swarm_forage_env.ticks import RUNS, STAGES, Modes, Trouble, only, run_ticks
+from swarm_forage_env.ticks import RUNS, STAGES, Errors, Modes, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
 EachT = TypeVar("EachT")
@@ -105,20 +105,20 @@ class Loop(WorldsOnCpu):
         seed_of = self.world.seed_of(seeds, worlds)
         which = [*seed_of]
         if scenarios is not None:
-            self.renumber(_one_each(scenarios, which), which)
+            self.replace_scenarios(_one_each(scenarios, which), which)
         self.world.reset(seeds, which)
         self._begin(seed_of)
 
-    def renumber(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
+    def replace_scenarios(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
         """Replace scenarios of worlds; ConfigError, before any change, if they do not fit."""
         task.check_fit([self.world.scenarios[w] for w in which], scenarios)
         numbers = [
-            self.controller.numbers_in(w, scenario)
+            self.controller.parameters_in(w, scenario)
             for w, scenario in zip(which, scenarios, strict=True)
         ]
         self.world.replace_scenarios(which, scenarios)
         for w, each in zip(which, numbers, strict=True):
-            self.controller.renumber(w, each)
+            self.controller.write_parameters(w, each)
 
     def download(self) -> "Loop":
         """Return the loop itself, whose records are on the CPU already."""
@@ -138,7 +138,7 @@ class Loop(WorldsOnCpu):
         at_once = 1 if is_stepped else max(n_ticks, 1)
         chosen = self.world.modes if modes is None else modes
         for _ in range(n_ticks // at_once):
-            self.controller.consult()
+            self.controller.call_rules()
             self._on_all_threads(partial(self._advance, at_once, chosen))
             self.check()
 
@@ -218,7 +218,7 @@ class Loop(WorldsOnCpu):
             functions = {**world.functions, **layers.functions, **only(*stages)}
             self._kernels[stages] = typed_once(bind(run_ticks, functions))
         kernel = self._kernels[stages]
-        kernel(world.arrays, layers.arrays, modes, world.trouble, first, last, n_ticks)
+        kernel(world.arrays, layers.arrays, modes, world.errors, first, last, n_ticks)
 
     def _advance(self, n_ticks: int, modes: Modes, first: int, last: int) -> None:
         """Run ticks of those of the worlds first .. last - 1 whose mode is RUNS."""
@@ -227,20 +227,20 @@ class Loop(WorldsOnCpu):
             return
         for begin, end in task.consecutive([w for w in range(first, last) if modes[w] == RUNS]):
             self.run_stages("decide", first=begin, last=end)
-            if not self.world.trouble[-1]:
+            if not self.world.errors[-1]:
                 self.world.move(begin, end)
                 self.run_stages(*AFTER_ENGINE, first=begin, last=end)
 
     @property
-    def trouble(self) -> Trouble:
+    def errors(self) -> Errors:
         """Error code of each world since the last call of `check`."""
-        return self.world.trouble
+        return self.world.errors
 
     def check(self) -> None:
         """Raise the error of the first world that has one, and clear all errors."""
-        if self.world.trouble[-1]:
+        if self.world.errors[-1]:
             each = [members_of(own, self.world.n_robots) for own in self.controllers]
-            raise task.trouble_in(self.world, lambda w, robot: str(each[w][robot].name))
+            raise task.error_in(self.world, lambda w, robot: str(each[w][robot].name))
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
         """Call a function on all worlds, one chunk of them on each thread.

@@ -223,10 +223,10 @@ class RunningTeams:
             " three layers, as ssgikf, or a policy that is everything"
         )
 
-    def consult(self) -> None:
+    def call_rules(self) -> None:
         """Call the rules written in NumPy, and write their actions."""
         for each in self._running:
-            each.consult()
+            each.call_rules()
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset the worlds first .. last - 1."""
@@ -236,14 +236,14 @@ class RunningTeams:
         for world in range(first, last):
             copy_of_robots(self._bytes, minds, np.arange(minds.shape[1]), spans, world)
 
-    def numbers_in(self, world: int, scenario: BaseScenario) -> list[Any]:
+    def parameters_in(self, world: int, scenario: BaseScenario) -> list[Any]:
         """Return the parameters of each team in one world under another scenario."""
-        return [each.numbers_in(world, scenario) for each in self._running]
+        return [each.parameters_in(world, scenario) for each in self._running]
 
-    def renumber(self, world: int, numbers: Sequence[Any]) -> None:
+    def write_parameters(self, world: int, numbers: Sequence[Any]) -> None:
         """Use these parameters in one world from now on."""
         for each, own in zip(self._running, numbers, strict=True):
-            each.renumber(world, own)
+            each.write_parameters(world, own)
 
     def snapshot(self) -> tuple[Array, list[Any]]:
         """Return copies of `minds` and of the state of each team."""

@@ -14,7 +14,7 @@ from swarm_forage_env.observed_fields import Sizes
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import Arrays, Trouble
+from swarm_forage_env.ticks import Arrays, Errors
 
 lane: Kernel
 lanes: Kernel
@@ -25,7 +25,7 @@ hear_words: Kernel
 
 @row_template
 def apply_actions(
-    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
+    world_arrays: Arrays, layer_arrays: Arrays, errors: Errors, w: int, n_robots: int
 ) -> None:
     """Apply the actions of the policy to its robots in a world."""
     robots, minds, settings = world_arrays[0], layer_arrays[0], layer_arrays[3]
@@ -141,16 +141,16 @@ class RunningPolicy:
         arrays = self.minds, *self._nothing
         return CompiledLayers(functions, arrays, firsts, has_beliefs=False)
 
-    def consult(self) -> None:
+    def call_rules(self) -> None:
         """Do nothing: there are no rules."""
 
     def check_on_gpu(self) -> None:
         """Do nothing: a GPU can run it."""
 
-    def renumber(self, world: int, numbers: None) -> None:
+    def write_parameters(self, world: int, numbers: None) -> None:
         """Do nothing: there are no parameters."""
 
-    def numbers_in(self, world: int, scenario: BaseScenario) -> None:
+    def parameters_in(self, world: int, scenario: BaseScenario) -> None:
         """Return no parameters; ConfigError if faults falsify messages."""
         refuse_falsifying("policy", scenario)
 

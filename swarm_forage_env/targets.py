@@ -83,7 +83,7 @@ def memory_of(loop: Loop) -> list[Array]:
             f"controller '{loop.controllers[0].name}': Python calls a layer of it, and other"
             " machines run compiled ones alone; take one that is compiled, as ssgikf"
         )
-    arrays = (*loop.world.arrays, *layers.arrays, loop.world.modes, loop.world.trouble)
+    arrays = (*loop.world.arrays, *layers.arrays, loop.world.modes, loop.world.errors)
     copies = [np.zeros(each.shape, each.dtype) for each in arrays]
     for copy, each in zip(copies, arrays, strict=True):
         copy[...] = each

@@ -28,7 +28,7 @@ from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.record import Record, Rows, rows
 from swarm_forage_env.registry import TASK_MODULES, Registry
 from swarm_forage_env.scene import Scene, Stage
-from swarm_forage_env.ticks import Modes, Trouble
+from swarm_forage_env.ticks import Errors, Modes
 
 
 class World(ABC):
@@ -52,7 +52,7 @@ class World(ABC):
         self.n_worlds, self.n_robots = len(scenarios), _n_robots(scenarios)
         self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
         """Reward that each robot has accumulated since the array was last set to 0."""
-        self.trouble: Trouble = np.zeros(self.n_worlds + 1, np.int64)
+        self.errors: Errors = np.zeros(self.n_worlds + 1, np.int64)
         """Error code of each world, as `ticks.note` writes it; the last element flags any error."""
         self.modes: Modes = np.full(self.n_worlds, ticks.RUNS, np.int8)
         """Mode of each world for `run_ticks`: RUNS."""
@@ -83,12 +83,12 @@ class World(ABC):
         self._tick_in(self.beginning, 0, self.n_worlds)
 
     def _tick_in(self, modes: Modes, first: int, last: int) -> None:
-        self._tick(self.arrays, (), modes, self.trouble, first, last, 1)
+        self._tick(self.arrays, (), modes, self.errors, first, last, 1)
         self._check()
 
     def _check(self) -> None:
-        if self.trouble[-1]:
-            raise trouble_in(self, lambda w, robot: "")
+        if self.errors[-1]:
+            raise error_in(self, lambda w, robot: "")
 
     @cached_property
     def _tick(self) -> Kernel:
@@ -167,11 +167,11 @@ class World(ABC):
         return {name: each for name, each in vars(self).items() if isinstance(each, np.ndarray)}
 
 
-def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
+def error_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
     """Return the error of the first world that has one as an exception, and clear all errors."""
-    w = int(np.flatnonzero(world.trouble[:-1])[0])
-    robot, kind = divmod(int(world.trouble[w]), ticks.N_TROUBLES)
-    world.trouble[...] = ticks.NO_TROUBLE
+    w = int(np.flatnonzero(world.errors[:-1])[0])
+    robot, kind = divmod(int(world.errors[w]), ticks.N_ERRORS)
+    world.errors[...] = ticks.NO_ERROR
     if kind == ticks.TOO_MANY_NEAR:
         return RuntimeError(
             f"world {w}: a robot has {robot} neighbours, more than discs of its radius can be"

@@ -36,12 +36,12 @@ observe_after: Kernel
 STANDS, RUNS, BEGINS = range(3)
 """Mode of a world in a call: skip; run ticks; or sense and observe before the first tick."""
 
-NO_TROUBLE, TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(5)
+NO_ERROR, TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(5)
 """Kinds of error in a world, which compiled functions note and Python raises."""
 
-N_TROUBLES = 5
+N_ERRORS = 5
 
-Trouble = Int64[Array, " worlds_and_one"]
+Errors = Int64[Array, " worlds_and_one"]
 """Error code of each world, as written by `note`; the last element is 1 if there is any."""
 
 Modes = Int8[Array, " worlds"]
@@ -52,10 +52,10 @@ Arrays = tuple[Any, ...]
 
 
 @kernel
-def note(trouble: Trouble, w: int, kind: int, robot: int) -> None:
+def note(errors: Errors, w: int, kind: int, robot: int) -> None:
     """Write the error code of a world and a robot, and set the last element to 1."""
-    trouble[w] = kind + N_TROUBLES * robot
-    trouble[trouble.shape[0] - 1] = 1
+    errors[w] = kind + N_ERRORS * robot
+    errors[errors.shape[0] - 1] = 1
 
 
 @row_template
@@ -63,7 +63,7 @@ def run_world(  # noqa: PLR0913 what runs, how, which world, how long
     world_arrays: Arrays,
     layer_arrays: Arrays,
     mode: int,
-    trouble: Trouble,
+    errors: Errors,
     w: int,
     n_robots: int,
     n_ticks: int,
@@ -75,13 +75,13 @@ def run_world(  # noqa: PLR0913 what runs, how, which world, how long
     """
     for _ in range(n_ticks):
         n_moving = 0 if mode == BEGINS else n_robots
-        decide_world(world_arrays, layer_arrays, trouble, w, n_moving)
+        decide_world(world_arrays, layer_arrays, errors, w, n_moving)
         barrier()
-        if trouble[w] % N_TROUBLES == NOT_FINITE:
+        if errors[w] % N_ERRORS == NOT_FINITE:
             n_robots = n_moving = 0
         move_world(world_arrays, w, n_moving)
         barrier()
-        tick_world(world_arrays, trouble, w, n_robots, n_moving)
+        tick_world(world_arrays, errors, w, n_robots, n_moving)
         barrier()
         observe_world(world_arrays, layer_arrays, w, n_robots)
         barrier()
@@ -91,7 +91,7 @@ def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
     world_arrays: Arrays,
     layer_arrays: Arrays,
     modes: Modes,
-    trouble: Trouble,
+    errors: Errors,
     first: int,
     last: int,
     n_ticks: int,
@@ -100,7 +100,7 @@ def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
     for each in range(first_world(first), end_world(last)):
         w = min(each, last - 1)
         n_robots = world_arrays[0].shape[1] if each < last and modes[w] != STANDS else 0
-        run_world(world_arrays, layer_arrays, modes[w], trouble, w, n_robots, n_ticks)
+        run_world(world_arrays, layer_arrays, modes[w], errors, w, n_robots, n_ticks)
 
 
 @row_template
@@ -109,14 +109,14 @@ def restart_world(  # noqa: PLR0913 what worlds start from, which one, and how m
     layer_arrays: Arrays,
     starts: Arrays,
     noise: int,
-    trouble: Trouble,
+    errors: Errors,
     w: int,
     n: int,
 ) -> None:
     """Place the robots of one world and reset their layers, for `begin_worlds`."""
     minds, memories = layer_arrays[0], layer_arrays[1]
     first_robot, first_mind, first_memory, seeds, places, poses = starts
-    place_world(world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n)
+    place_world(world_arrays, first_robot[0], seeds[w], places[w], poses[w], errors, w, n)
     for i in range(lane(), n, lanes()):
         minds[w, i], memories[w, i] = first_mind[0], first_memory[0]
         set_stream(memories[w, i], first_word(seeds[w], i, noise))
@@ -128,7 +128,7 @@ def begin_worlds(
     starts: Arrays,
     noise: int,
     modes: Modes,
-    trouble: Trouble,
+    errors: Errors,
 ) -> None:
     """Place the robots of all worlds whose mode is BEGINS, and reset their layers.
 
@@ -139,7 +139,7 @@ def begin_worlds(
     for each in range(first_world(0), end_world(last)):
         w = min(each, last - 1)
         n = world_arrays[0].shape[1] if each < last and modes[w] == BEGINS else 0
-        restart_world(world_arrays, layer_arrays, starts, noise, trouble, w, n)
+        restart_world(world_arrays, layer_arrays, starts, noise, errors, w, n)
 
 
 @kernel
@@ -163,11 +163,11 @@ def only(*stages: str) -> dict[str, Kernel]:
 
 @row_template
 def decide_both(
-    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
+    world_arrays: Arrays, layer_arrays: Arrays, errors: Errors, w: int, n_robots: int
 ) -> None:
     """Decide with two sets of layers in a world."""
-    decide_before(world_arrays, layer_arrays[0], trouble, w, n_robots)
-    decide_after(world_arrays, layer_arrays[1], trouble, w, n_robots)
+    decide_before(world_arrays, layer_arrays[0], errors, w, n_robots)
+    decide_after(world_arrays, layer_arrays[1], errors, w, n_robots)
 
 
 @row_template

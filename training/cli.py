@@ -3,7 +3,7 @@
 import os
 import sys
 
-from swarm_forage_env.extras import missing_told
+from swarm_forage_env.extras import report_missing
 
 INTERRUPTED = 130  # exit status after Ctrl-C (128 + SIGINT)
 
@@ -11,7 +11,7 @@ INTERRUPTED = 130  # exit status after Ctrl-C (128 + SIGINT)
 def main() -> None:
     """Run one command; print one line on stderr if a package that it needs is missing."""
     try:
-        with missing_told():
+        with report_missing():
             import training.ladder.commands
             import training.train_command  # noqa: F401 both add their commands
             from baselines.cli import run

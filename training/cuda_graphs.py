@@ -13,7 +13,7 @@ WARM_UP = 3
 """Number of calls before a graph is recorded, in which libraries choose their algorithms."""
 
 
-class Repeated(Generic[ReturnedT]):
+class GraphedFunction(Generic[ReturnedT]):
     """Function on GPU tensors at fixed addresses, recorded as a CUDA graph and replayed.
 
     It is recorded after the first calls; all calls must be made within `aside`. Arguments are

@@ -15,7 +15,7 @@ from swarm_forage_env.errors import ConfigError
 # Largest number of bytes that are read:
 LARGEST = 256 * 2**20  # weights; networks of three layers of 1,024 units have a fifth of that
 LARGEST_ZIP = 4 * LARGEST  # zip of a model, whose optimiser's state is twice its weights
-LARGEST_TELLING = 16 * 2**20  # JSON of a model: one megabyte for a few thousand robots
+MAX_JSON = 16 * 2**20  # JSON of a model: one megabyte for a few thousand robots
 LARGEST_CARD = 2 * 2**20  # card: one megabyte with a learning curve of a few thousand points
 
 PACKED = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED

@@ -109,10 +109,10 @@ def card_from(text: str | bytes, where: str) -> PolicyCard:
         ) from None
 
 
-def as_in_a_name(keywords: Mapping[str, object]) -> str:
+def as_keywords(keywords: Mapping[str, object]) -> str:
     """Return keywords as they are written in the name of a policy.
 
-    >>> as_in_a_name({"normalise": True, "discrete": (3, 5), "learn": "motion"})
+    >>> as_keywords({"normalise": True, "discrete": (3, 5), "learn": "motion"})
     'normalise=true, discrete=3x5, learn=motion'
     """
     return ", ".join(f"{name}={_in_a_name(value)}" for name, value in keywords.items())

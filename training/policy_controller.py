@@ -26,7 +26,7 @@ from swarm_forage_env.parameters import BaseScenario, Parameters, validated
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
 from training.policy import ForeignPolicy, FunctionPolicy, PolicyFile
-from training.policy_card import PolicyCard, as_in_a_name
+from training.policy_card import PolicyCard, as_keywords
 from training.running_policy import RunningForeignPolicy, Steer
 
 
@@ -136,7 +136,7 @@ class PolicyController(LayeredController):
         if not self.is_everything:
             terms["controller"] = self.name_of_layers()
         return (
-            f"policy {self.policy.source} has no card: assuming {as_in_a_name(terms)}; if it was"
+            f"policy {self.policy.source} has no card: assuming {as_keywords(terms)}; if it was"
             f" trained with others, say so: {self.name}:{self.policy.source},decision_period=5"
         )
 

@@ -23,7 +23,7 @@ from torch import Tensor, nn
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from training.actor_critic import ActorCritic, ActorCritics, RecurrentActorCritic, log_probs_of
-from training.cuda_graphs import Repeated, in_tf32
+from training.cuda_graphs import GraphedFunction, in_tf32
 from training.tensor_vec_env import Step, TensorVecEnv
 
 CLIP_RANGE = 0.2
@@ -220,11 +220,11 @@ class PPOLearner:
         is_dense = len(policies) > 1 or ActorCritics.fits(policies)
         self._networks = ActorCritics(policies) if is_dense else self.policy
         self._adam = ClippedAdam(self._networks, len(policies), hyperparameters.learning_rate)
-        self._repeated: Repeated[None] | None = None
-        self._repeated_epoch: Repeated[Losses] | None = None
+        self._repeated: GraphedFunction[None] | None = None
+        self._repeated_epoch: GraphedFunction[Losses] | None = None
         if device.type == "cuda" and type(self.policy) in (ActorCritic, RecurrentActorCritic):
-            self._repeated_epoch = Repeated(self._epoch)
-            self._repeated = Repeated(self._decide, env.count) if env.is_one_launch else None
+            self._repeated_epoch = GraphedFunction(self._epoch)
+            self._repeated = GraphedFunction(self._decide, env.count) if env.is_one_launch else None
         self.diagnostics: dict[str, float] = {}
         """Scalars of the last update of the first policy; `all_diagnostics` are of each policy."""
         self.all_diagnostics = [self.diagnostics]

@@ -105,7 +105,7 @@ class RunningForeignPolicy:
             "device='cuda': policies of other trainers run on a CPU only; take device='cpu'"
         )
 
-    def consult(self) -> None:
+    def call_rules(self) -> None:
         """Call the policy in worlds where a decision is due, then the rules in NumPy."""
         if self._own is None:
             self._own = self._take_over()
@@ -118,7 +118,7 @@ class RunningForeignPolicy:
                     seen[world], self._streams[world], self._states[world]
                 )
             self._act(self._own)
-        self._inner.consult()
+        self._inner.call_rules()
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset worlds first .. last - 1; their past observations are dropped at the first tick."""
@@ -127,13 +127,13 @@ class RunningForeignPolicy:
         self._states[first:last] = 0.0
         self._inner.reset(first, last, seeds)
 
-    def numbers_in(self, world: int, scenario: BaseScenario) -> object:
+    def parameters_in(self, world: int, scenario: BaseScenario) -> object:
         """Return the parameters of one world's layers in another scenario."""
-        return self._inner.numbers_in(world, scenario)
+        return self._inner.parameters_in(world, scenario)
 
-    def renumber(self, world: int, numbers: object) -> None:
+    def write_parameters(self, world: int, numbers: object) -> None:
         """Set the parameters of one world's layers."""
-        self._inner.renumber(world, numbers)
+        self._inner.write_parameters(world, numbers)
 
     def snapshot(self) -> dict[str, object]:
         """Copy the state that later ticks depend on."""
@@ -162,7 +162,7 @@ class RunningForeignPolicy:
         mine[:, self._robots] = True
         for layer in self._form.policy.replaces:
             own[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
-        self._form.hand_over(action, own)
+        self._form.mark_replaced_layers(action, own)
         return own
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:

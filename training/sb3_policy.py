@@ -36,8 +36,8 @@ from swarm_forage_env.parameters import Count, Parameters
 from training.foreign_file import (
     LARGEST,
     LARGEST_CARD,
-    LARGEST_TELLING,
     LARGEST_ZIP,
+    MAX_JSON,
     check_file,
     check_zip,
     read_members,
@@ -46,7 +46,7 @@ from training.foreign_file import (
 from training.network_policy import Network as DenseNetwork
 from training.network_policy import packed_layers
 from training.policy import PolicyFile, Rows, Started, drawn_choices
-from training.policy_card import PolicyCard, as_in_a_name, card_from
+from training.policy_card import PolicyCard, as_keywords, card_from
 from training.policy_file import check_weights, misfit
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def read_zip(file: Path) -> tuple[SavedModel, bytes, bytes]:
     """Return the description of a model in its zip, the same as JSON, and its weights as bytes."""
     check_file(file, "policy", LARGEST_ZIP)
     try:
-        data, weights = read_members(file, {"data": LARGEST_TELLING, "policy.pth": LARGEST})
+        data, weights = read_members(file, {"data": MAX_JSON, "policy.pth": LARGEST})
         return SavedModel.model_validate_json(data), data, weights
     except ValueError as error:
         raise ConfigError(
@@ -442,4 +442,4 @@ def _fitting(form: PolicyForm, trained: tuple[str, str]) -> str:
         with suppress(ConfigError, UnknownNameError):
             if _sizes(PolicyForm([form.scenario], changed)) == trained:
                 found.append({name: each for name, each in terms.items() if now[name] != each})
-    return as_in_a_name(min(found, key=len)) if found else "observation=layer+time_left,walk=false"
+    return as_keywords(min(found, key=len)) if found else "observation=layer+time_left,walk=false"

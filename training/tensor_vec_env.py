@@ -38,7 +38,7 @@ class Step(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Standing:
+class _DeviceBuffers:
     """Fixed arrays for the inputs and outputs of a block on a GPU, with tensors on their memory."""
 
     block: ArrayEnv
@@ -51,7 +51,7 @@ class _Standing:
     episode is over."""
 
     @classmethod
-    def of(cls, block: ArrayEnv) -> "_Standing":
+    def of(cls, block: ArrayEnv) -> "_DeviceBuffers":
         """Allocate the arrays of a block."""
         shape = block.n_worlds, len(block.learners), *block.action_shape
         array, room = block.memory.empty(shape, block.action_space.dtype), block.room()
@@ -110,8 +110,8 @@ class TensorVecEnv:
         return all(each.is_one_launch for each in self.blocks)
 
     @cached_property
-    def _standing(self) -> list[_Standing]:
-        return [_Standing.of(each) for each in self.blocks]
+    def _standing(self) -> list[_DeviceBuffers]:
+        return [_DeviceBuffers.of(each) for each in self.blocks]
 
     @property
     def robot_steps(self) -> int:

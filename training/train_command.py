@@ -21,7 +21,7 @@ from baselines.evaluation.common_options import (
     controller_names,
     find_backend,
 )
-from baselines.evaluation.console import progress_bar, say, so_many
+from baselines.evaluation.console import count_noun, progress_bar, say
 from swarm_forage_env.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -286,9 +286,9 @@ def dataset(  # noqa: PLR0913 the options of a command
     missing = [store.missing_seeds(each, seeds) for each in recordings]
     n_missing = sum(map(len, missing))
     say(
-        f"{so_many(len(recordings) * episodes, 'episode')}, {rows * episodes:,} transitions,"
+        f"{count_noun(len(recordings) * episodes, 'episode')}, {rows * episodes:,} transitions,"
         f" {size * episodes / 1e9:.2f} GB before compression, to {store.name};"
-        f" {so_many(n_missing, 'episode')} to play"
+        f" {count_noun(n_missing, 'episode')} to play"
     )
     with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=n_missing)

@@ -70,7 +70,7 @@ def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) ->
 
 
 @kernel
-def way_to(belief: Belief, area: int) -> tuple[float, float]:
+def displacement_to(belief: Belief, area: int) -> tuple[float, float]:
     """Return the displacement from the robot to the believed location of an area, own frame [m]."""
     place, pose = belief.location[area], belief.pose
     return place[0] - pose[0], place[1] - pose[1]
@@ -94,7 +94,7 @@ def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers)
         belief.search_path_left -= abs(odometry[0])
         belief.is_lost = belief.search_path_left < 0.0
     else:
-        dx, dy = way_to(belief, area)
+        dx, dy = displacement_to(belief, area)
         if hypot(dx, dy) < numbers.lost_within:
             belief.search_path_left = numbers.overshoot
     if belief.is_lost:
@@ -112,7 +112,7 @@ def nearer_known(belief: Belief) -> int:
     best, nearest = NOWHERE, math.inf
     for area in range(2):
         if belief.known[area]:
-            dx, dy = way_to(belief, area)
+            dx, dy = displacement_to(belief, area)
             if hypot(dx, dy) < nearest:
                 best, nearest = area, hypot(dx, dy)
     return best

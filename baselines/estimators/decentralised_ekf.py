@@ -136,7 +136,7 @@ def joint_gain(update: JointUpdate, g: float, var_range: float, var_bearing: flo
 
 
 @kernel
-def left_over(A: Joint, G: Jacobian, K: Gain, out: Joint) -> None:
+def joseph_half(A: Joint, G: Jacobian, K: Gain, out: Joint) -> None:
     """Write ((I - K G) A)', transposed so that two calls give (I - K G) A (I - K G)'."""
     for b in range(6):
         seen_range, seen_bearing = 0.0, 0.0
@@ -156,8 +156,8 @@ def correct_joint(update: JointUpdate, var_range: float, var_bearing: float) -> 
     Source: BucyJoseph1968, for BOIDS, Eq. 17.
     """
     G, K, after = update.G, update.K, update.after
-    left_over(update.joint, G, K, update.half)
-    left_over(update.half, G, K, after)
+    joseph_half(update.joint, G, K, update.half)
+    joseph_half(update.half, G, K, after)
     for a in range(6):
         for b in range(a + 1):
             noise = var_range * K[a, 0] * K[b, 0] + var_bearing * K[a, 1] * K[b, 1]
@@ -275,7 +275,7 @@ def correct_one(
     direction = slipped_direction(minds[i], float(sighting.bearing))
     along = float(sighting.range) - expected
     across = direction - authors_bearing(direction, atan2(dy, dx), dy)
-    left_over(update.joint, update.G, update.K, update.half)
+    joseph_half(update.joint, update.G, update.K, update.half)
     if is_refused(minds[i], along, across):
         return
     for a in range(3):

@@ -5,7 +5,7 @@ Gutierrez et al. 2009 (TR), Sections 4.2 and 5.2.
 
 import math
 
-from baselines.estimators.area_memory import way_to
+from baselines.estimators.area_memory import displacement_to
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, Message, SocialMind
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
@@ -214,7 +214,7 @@ def merge(mind: SocialMind, shared: Array, heard_p_share: float, numbers: Number
 
 
 @kernel
-def tells_of(belief: Belief, area: int, numbers: Numbers) -> bool:
+def sends_estimate(belief: Belief, area: int, numbers: Numbers) -> bool:
     """Return whether the robot sends its estimate of the area: known and, if `first_hand`, visited.
 
     A robot that knows both areas sends one only while its p is at most `tells_within`; a robot with
@@ -235,13 +235,13 @@ def tells_of(belief: Belief, area: int, numbers: Numbers) -> bool:
 @kernel
 def has_something_to_say(mind: SocialMind, numbers: Numbers) -> bool:
     """Return whether the robot broadcasts: it has an estimate to send."""
-    return tells_of(mind.belief, 0, numbers) or tells_of(mind.belief, 1, numbers)
+    return sends_estimate(mind.belief, 0, numbers) or sends_estimate(mind.belief, 1, numbers)
 
 
 @kernel
 def write_estimate(belief: Belief, area: int, message: Message) -> None:
     """Write distance, direction and p of an area to the message."""
-    dx, dy = way_to(belief, area)
+    dx, dy = displacement_to(belief, area)
     distance, direction = range_and_bearing(dx, dy, belief.pose[2])
     message.distance[area], message.direction[area] = distance, direction
     message.p[area] = belief.p[area]
@@ -275,7 +275,7 @@ def round_estimate(message: Message, area: int, n_steps: float) -> None:
 def compose(mind: SocialMind, numbers: Numbers) -> None:
     """Write the message: distance, direction and p of every area that the robot sends."""
     for area in range(2):
-        mind.message.told[area] = tells_of(mind.belief, area, numbers)
+        mind.message.told[area] = sends_estimate(mind.belief, area, numbers)
         if mind.message.told[area]:
             write_estimate(mind.belief, area, mind.message)
             if numbers.n_steps > 0.0:

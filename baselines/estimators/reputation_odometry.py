@@ -62,7 +62,7 @@ class Reputation(Record):
     """Number of estimates of each robot that turned out wrong."""
     place: Float32[Array, "robots areas 2"] = field(np.float32, "robots", 2, 2, unit="m")
     """Last location of each area heard from each robot, own frame."""
-    told_at: Float32[Array, "robots areas"] = field(np.float32, "robots", 2, unit="m", start=NEVER)
+    heard_at: Float32[Array, "robots areas"] = field(np.float32, "robots", 2, unit="m", start=NEVER)
     """Value of `path` when that location was heard; NEVER if none was."""
     is_open: Int8[Array, "robots areas"] = field(np.int8, "robots", 2)
     """Whether that location is not judged yet."""
@@ -93,8 +93,8 @@ def trust(reputation: Reputation, other: int) -> float:
 @kernel
 def path_since(reputation: Reputation, other: int, area: int) -> float:
     """Return the path since another robot sent an area [m]; infinite if it never did."""
-    told_at = float(reputation.told_at[other, area])
-    return math.inf if told_at < 0.0 else float(reputation.path) - told_at
+    heard_at = float(reputation.heard_at[other, area])
+    return math.inf if heard_at < 0.0 else float(reputation.path) - heard_at
 
 
 @kernel
@@ -137,7 +137,7 @@ def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
     belief, reputation, other = mind.belief, mind.reputation, mind.belief.last_partner
     x, y = heard_place(belief, area)
     reputation.place[other, area, 0], reputation.place[other, area, 1] = x, y
-    reputation.told_at[other, area] = reputation.path
+    reputation.heard_at[other, area] = reputation.path
     reputation.is_open[other, area] = True
     if belief.visited[area] and belief.p[area] <= numbers.sure_within:
         dx, dy = x - belief.location[area, 0], y - belief.location[area, 1]
@@ -146,7 +146,7 @@ def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
 
 
 @kernel
-def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
+def describe_reputations(mind: ReputationMind, numbers: Numbers) -> None:
     """Write the reputations of the partner and of robots that agree or disagree to the exchange."""
     belief, reputation, exchange = mind.belief, mind.reputation, mind.exchange
     partner = belief.last_partner
@@ -192,7 +192,7 @@ def listen_and_remember(minds: Array, i: int, heard: Heard, numbers: Numbers) ->
     """Update the exchange of robot i; at its end, store its estimates. Returns whether it ended."""
     has_ended = update_exchange(minds, i, heard, numbers)
     if has_ended:
-        describe_teller(minds[i], numbers)
+        describe_reputations(minds[i], numbers)
         for area in range(2):
             if minds[i].belief.heard_weight[area] > 0.0:
                 remember(minds[i], area, numbers)
@@ -200,7 +200,7 @@ def listen_and_remember(minds: Array, i: int, heard: Heard, numbers: Numbers) ->
 
 
 @kernel
-def is_asked(exchange: Exchange, area: int, numbers: Numbers) -> bool:
+def needs_weight(exchange: Exchange, area: int, numbers: Numbers) -> bool:
     """Return whether the area is weighed: the partner or, unless `weighs_unknown`, both know it."""
     is_weighed = exchange.own_known[area] or numbers.weighs_unknown > 0.0
     return bool(exchange.heard_known[area]) and bool(is_weighed)
@@ -235,7 +235,7 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
         **ScepticalOdometryParameters.kernels,
         "update_belief": update_belief,
         "update_exchange": listen_and_remember,
-        "is_asked": is_asked,
+        "needs_weight": needs_weight,
         "merge": merge,
     }
 

@@ -25,7 +25,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from baselines.estimators.area_memory import update_belief, way_to
+from baselines.estimators.area_memory import displacement_to, update_belief
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, SocialMind
 from baselines.estimators.falsified_messages import falsify, repeat
@@ -63,7 +63,7 @@ def describe_situation(belief: Belief, situation: Situation) -> None:
     for area in range(2):
         ahead = left = p = 0.0
         if belief.known[area]:
-            dx, dy = way_to(belief, area)
+            dx, dy = displacement_to(belief, area)
             ahead, left = to_body(dx, dy, c, s)
             p = belief.p[area]
         situation.areas[area, 0], situation.areas[area, 1] = ahead, left
@@ -86,7 +86,7 @@ def describe_exchange(belief: Belief, exchange: Exchange) -> None:
         own_p = own_distance = heard_p = heard_distance = apart = 0.0
         is_told = belief.heard_weight[area] > 0.0
         if belief.known[area]:
-            dx, dy = way_to(belief, area)
+            dx, dy = displacement_to(belief, area)
             own_p, own_distance = belief.p[area], hypot(dx, dy)
         if is_told:
             x, y = heard_place(belief, area)

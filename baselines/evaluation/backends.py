@@ -95,7 +95,7 @@ def _numbered(function: Callable[[JobT], ResultT], job: tuple[int, JobT]) -> tup
 
 def _call(function: Callable[[JobT], ResultT], job: JobT, parent: int) -> ResultT:
     """Call the function in a worker, which ends with its parent, or in the parent itself."""
-    end_with(parent)
+    exit_with_parent(parent)
     return function(job)
 
 
@@ -147,7 +147,7 @@ def start_trackers() -> None:
 
 
 @cache
-def end_with(parent: int) -> None:
+def exit_with_parent(parent: int) -> None:
     """End this worker within a second of the end of its parent, which may be dead already."""
     if os.getpid() != parent:
         threading.Thread(target=_watch, args=(parent,), daemon=True).start()

@@ -172,7 +172,7 @@ def _draw_boxes(
     ):
         box.set_facecolor(style.colour)
         if len(values) != layout.n or not len(values):
-            _tell_size(axes, values, at, layout)
+            _annotate_sample_size(axes, values, at, layout)
         if not len(values):
             continue
         low, high = np.percentile(values, [25.0, 75.0])
@@ -184,7 +184,7 @@ def _draw_boxes(
             axes.add_patch(hatch)
 
 
-def _tell_size(axes: Axes, values: Sequence[float], at: float, layout: _Layout) -> None:
+def _annotate_sample_size(axes: Axes, values: Sequence[float], at: float, layout: _Layout) -> None:
     """Write n, or "none", at the end of a box whose sample size differs from the usual one."""
     text = f"n = {len(values)}" if len(values) else "none"
     end = max(values, default=0.0)

@@ -24,10 +24,10 @@ def say(line: str) -> None:
     sys.stderr.write(f"swarm-forage: {line}\n")
 
 
-def so_many(n: int, what: str) -> str:
+def count_noun(n: int, what: str) -> str:
     """Return a number with its noun, in the plural if needed.
 
-    >>> so_many(1, "robot"), so_many(20, "episode")
+    >>> count_noun(1, "robot"), count_noun(20, "episode")
     ('1 robot', '20 episodes')
     """
     return f"{n} {what}" if n == 1 else f"{n} {what}s"
@@ -66,7 +66,7 @@ def progress_bar(unit: str) -> "Progress":
 
 
 @contextmanager
-def old_names_told() -> Iterator[None]:
+def report_old_names() -> Iterator[None]:
     """Report each use of an old name in one line on stderr."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", RenamedWarning)

@@ -88,7 +88,7 @@ class CaptionedFigure(Figure):
     caption = Caption()
 
 
-HEIGHT, LONE = 2.3, 3.0  # of a panel, and of a single one, in the style `screen` [inch]
+HEIGHT, SINGLE_HEIGHT = 2.3, 3.0  # of a panel, and of a single one, in the style `screen` [inch]
 
 
 def panel_grid(
@@ -99,7 +99,7 @@ def panel_grid(
     fitting = max(1, int(style.width / (style.scale * least)))
     rows = -(-n_panels // fitting)
     columns = -(-n_panels // rows)
-    each = height or (LONE if n_panels == 1 else HEIGHT)
+    each = height or (SINGLE_HEIGHT if n_panels == 1 else HEIGHT)
     size = style.width, style.scale * (each * rows + 0.7)
     figure = CaptionedFigure(figsize=size, layout="constrained")
     axes = list(figure.subplots(rows, columns, squeeze=False).flat)

@@ -70,7 +70,7 @@ VALUES: Mapping[str, tuple[float, ...]] = {  # values of other settings; the usu
 }
 
 RECORDED = 300.0  # length of the recorded part of an episode [s]
-WIDER = 1.1  # factor by which a start circle is widened until the robots fit
+GROWTH = 1.1  # factor by which a start circle is widened until the robots fit
 WALL = {"length": 0.2, "radius": 0.01}  # of an obstacle between the start circle and an area [m]
 
 
@@ -172,7 +172,7 @@ def _settings(
     yield {name: value}
     radius = scenario.task.start_radius
     while name == ROBOTS and radius < scenario.task.area_distance:
-        radius = float(f"{radius * WIDER:.3g}")
+        radius = float(f"{radius * GROWTH:.3g}")
         yield {name: value, "task.start_radius": radius}
 
 
@@ -309,7 +309,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
     """Return the arrays of a page by name, in the order of the arguments of the machine code."""
     loop = swarm.loop
     n, form = loop.world.n_robots, _form(loop)
-    own = dict(zip((*WORLD, *LAYERS, "modes", "trouble"), memory_of(loop), strict=True))
+    own = dict(zip((*WORLD, *LAYERS, "modes", "errors"), memory_of(loop), strict=True))
     own["modes"][...] = BEGINS
     for name, fill in {"cells": EMPTY, "obstacles": 0}.items():
         wide = np.full(widest[name], fill, own[name].dtype)
@@ -432,13 +432,13 @@ def _text(swarm: Choice, memory: Mapping[str, Array], every: int) -> str:
         layers=", ".join(LAYERS),
         noise=layers.noise,
         scaling=f"{direction}, {direction_to}, {has_walk}, bound, squashes",
-        piloting="n_robots" if pilot is None else pilot.handed_over,
+        piloting="n_robots" if pilot is None else pilot.argument_expression,
     )
     return llvm_text_of(bind(run_and_draw, own), memory, numbers, call, types.int64, shapes)
 
 
 CALL = (  # call of the compiled function with the arrays of a page
-    "called(({world},), ({layers},), modes, trouble,"
+    "called(({world},), ({layers},), modes, errors,"
     " (first_robot, first_mind, first_memory, seeds, places, poses), {noise}, n_ticks, columns,"
     " pairs, ((robot_words, mind_words, robot_words, spans, n_robots), learners, ({scaling}),"
     " (no_additions, time_left, raw), (seen, frames, seen)), ({piloting},))"
@@ -450,7 +450,7 @@ def _driving(usual: Loop) -> Driving:
     robots, form = usual.world.robots.dtype, _form(usual)
     robot = np.zeros(1, robots)
     whole = {"weighting": np.zeros(1, np.bool_), "motion": np.ones(1, np.bool_)}
-    form.hand_over(robot["action"], whole)
+    form.mark_replaced_layers(robot["action"], whole)
     at = offset_of(robots, "action")
     return Driving(
         robots.itemsize,

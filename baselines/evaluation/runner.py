@@ -21,7 +21,7 @@ from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import AnyEpisode, compile_episodes, run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
-from swarm_forage_env.compiler import compiling_told
+from swarm_forage_env.compiler import report_compiling
 from swarm_forage_env.worlds_on_cpu import Device
 
 MAX_ROWS = 300
@@ -94,11 +94,11 @@ class Plan:
             renamed = {seed for seed, each in stored if each.controller != own.label}
             files = self.dataset.files(own).items() if renamed else ()
             for_seeds = [file for seeds, file in files if not renamed.isdisjoint(seeds)]
-            _many_at_a_time(partial(self.dataset.relabel, own), for_seeds)
+            _write_in_threads(partial(self.dataset.relabel, own), for_seeds)
         missing = [self._named[key] for key in self.todo]
         for number, own in enumerate(missing, 1):
             which = f"compiling {number} of {len(missing)}, {own.label}"
-            with compiling_told(lambda function, which=which: tell(f"{which}: {function}")):  # type: ignore[misc]
+            with report_compiling(lambda function, which=which: tell(f"{which}: {function}")):  # type: ignore[misc]
                 warm_up(own, backend.device)
         tell("")
         blocks = self.blocks(backend)
@@ -106,7 +106,7 @@ class Plan:
         with closing(backend.run(run, blocks)) as finished:
             for key, episodes, contents in finished:
                 parts = [[each] for each in episodes] if backend.device == "cpu" else [episodes]
-                _many_at_a_time(partial(self._keep, self._named[key], contents), parts)
+                _write_in_threads(partial(self._keep, self._named[key], contents), parts)
                 self._stored[key] |= {each.seed: each for each in episodes}
                 yield len(episodes)
 
@@ -171,7 +171,7 @@ def _run_block(
     return config.key, episodes, recorder.contents() if recorder else {}
 
 
-def _many_at_a_time(function: Callable[[JobT], None], jobs: Iterable[JobT]) -> None:
+def _write_in_threads(function: Callable[[JobT], None], jobs: Iterable[JobT]) -> None:
     """Write files in threads, as they mostly wait for the disk; Ctrl-C waits for all of them."""
     with ThreadPoolExecutor(WRITERS) as pool:
         writes = [pool.submit(function, job) for job in jobs]

@@ -14,7 +14,7 @@ from rich.console import Console, ConsoleOptions, Group
 from rich.table import Column, Table
 from rich.text import Text
 
-from baselines.evaluation.console import so_many
+from baselines.evaluation.console import count_noun
 from baselines.evaluation.episode import AnyEpisode, kind_of_episode, present_values
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.statistics import Estimate, compare, mean_interval
@@ -111,7 +111,7 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
     first = next(iter(groups.values()))
     head, kind = first[0], kind_of_episode(first[0])
     title = (
-        f"{', '.join((head.scenario, *changes))}: {so_many(head.n_robots, 'robot')},"
+        f"{', '.join((head.scenario, *changes))}: {count_noun(head.n_robots, 'robot')},"
         f" {head.duration_s:g} s, {head.physics} physics, seeds {head.seed} to {first[-1].seed}"
     )
     always = [metric for metric in kind.columns if metric not in kind.sometimes]

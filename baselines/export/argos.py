@@ -26,7 +26,7 @@ Point = Sequence[float]
 
 WALL = 0.02  # thickness of the walls [m], outside the arena
 HEIGHT = 0.2  # height of walls and obstacles [m]
-MOST_ROBOTS = 256  # messages hold the index of the robot as one byte
+MAX_ROBOTS = 256  # messages hold the index of the robot as one byte
 A_METRE = 400  # pixels of the floor image per metre
 
 INFRARED = 1.08212 / 36.8961
@@ -36,10 +36,10 @@ INFRARED = 1.08212 / 36.8961
 def check_for_argos(exported: ExportedRobot) -> None:
     """ConfigError for more robots than messages can name, and for what ARGoS would leave out."""
     scenario = exported.scenario
-    if exported.n_robots > MOST_ROBOTS:
+    if exported.n_robots > MAX_ROBOTS:
         raise ConfigError(
             f"{exported.n_robots} robots: a message for ARGoS has room for numbers below"
-            f" {MOST_ROBOTS}; take fewer: --set task.n_robots=50"
+            f" {MAX_ROBOTS}; take fewer: --set task.n_robots=50"
         )
     for what, holds in {
         "faulty robots": scenario.faults.is_any,

@@ -178,7 +178,7 @@ class ExportedRobot:
         }
         piloting, own_pilot = "i", cast(Kernel, nothing)
         if self._pilot is not None:
-            own = self._pilot.handed_over.replace("n_robots", str(n))
+            own = self._pilot.argument_expression.replace("n_robots", str(n))
             piloting = f"swarm, voices, ticks, pilot_robots, ({own},)"
             own_pilot = bind(pilot_robot, {"act_as_learner": self._pilot.kernel})
         call = f"called(({', '.join(records)}), ({piloting},), i, asked * {1 + self.noise}, seed)"

@@ -55,13 +55,13 @@ class ActionForm:
         )  # fmt: skip
         """Parameters of the conversion to layer inputs: a `Form` of `decision_kernels`."""
         self.functions: dict[str, Kernel] = {
-            "write_raw": kernels.raw_of_numbers, "command": own or kernels.as_command
+            "write_raw": kernels.raw_of_continuous, "command": own or kernels.as_command
         }  # fmt: skip
         """Functions bound to the free names of the templates of a decision."""
         if config.discrete:
             self.choices = self._choices(config.discrete)
             self.conversion = self.to_raw(self.choices), *self.conversion[1:]
-            self.functions = {"write_raw": kernels.raw_of_choice}
+            self.functions = {"write_raw": kernels.raw_of_discrete}
             self.space = Discrete(len(self.choices))
         self.is_discrete = bool(config.discrete)
         """Whether an action is the index of a choice instead of an array of floats."""

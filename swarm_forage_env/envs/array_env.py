@@ -138,7 +138,7 @@ class ArrayEnv:
         learns = slice(None) if is_all else self.learner_numbers
         own = dict.fromkeys(self.policy.replaces, (slice(None), learns))
         copied = slice(None if device == "cpu" else 1)  # on a GPU, all worlds copy the first
-        form.hand_over(self.world.robots["action"][copied], own)
+        form.mark_replaced_layers(self.world.robots["action"][copied], own)
         self._on: Worlds = placed(self.loop, device)
         self.episodes = Episodes(self._on, randomisation, form.check_bounds)
         self._prepare(form)
@@ -277,7 +277,7 @@ class ArrayEnv:
 
     def _count_at_once(self) -> None:
         assert self._at_once is not None
-        self._at_once.catch_up()
+        self._at_once.upload_counts()
         self._count()
 
     def _count(self) -> None:

@@ -160,7 +160,7 @@ class Decisions:
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
         self._episodes, self._no_time = episodes, np.zeros(len(episodes.steps))
         at = worlds.arrays
-        self._state = at["robots"], at["worlds"], worlds.trouble
+        self._state = at["robots"], at["worlds"], worlds.errors
         terms: Terms = config.discount, config.shaping, config.reward == "team"
         earned = at["earned"]
         shape: tuple[int, int] = earned.shape
@@ -248,7 +248,7 @@ def _shapes(snapshot: Snapshot) -> Iterator[tuple[int, ...]]:
     return (each.shape for each in (raw, *frames))
 
 
-LOOKED_AT_EVERY = 16
+CHECK_INTERVAL = 16
 """Number of ticks between two checks whether a world still runs; each waits for the GPU."""
 
 
@@ -286,7 +286,7 @@ class Exchanges:
         for tick in range(1, int((episodes.ends - episodes.steps).max()) + 1):
             worlds.run(1, modes)
             self._stop(at["worlds"], at["minds"], self._learners, ends, modes, self._ticks)
-            if tick % LOOKED_AT_EVERY == 0 and not memory.read(modes).any():
+            if tick % CHECK_INTERVAL == 0 and not memory.read(modes).any():
                 break
         after = memory.read(self._ticks)
         n_ticks = int((after - episodes.steps).sum())

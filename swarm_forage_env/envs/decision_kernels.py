@@ -19,7 +19,7 @@ from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import Fields, read_fields, write_fields
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import BEGINS, N_TROUBLES, REFUSED, RUNS, STANDS, Trouble, note
+from swarm_forage_env.ticks import BEGINS, N_ERRORS, REFUSED, RUNS, STANDS, Errors, note
 
 lane: Kernel
 lanes: Kernel
@@ -52,7 +52,7 @@ Rows = Float32[Array, "worlds learners numbers"]
 Terms = tuple[float, float, bool]
 """Discount and weight of the shaping, and whether rewards are the mean over the team."""
 
-State = tuple[Array, Array, Trouble]
+State = tuple[Array, Array, Errors]
 """Records of the robots and of the worlds, and the error of each world."""
 
 Acting = tuple[Fields, Int64[Array, " learners"], Array, Form, Rows, Any]
@@ -75,7 +75,7 @@ def share_of_command(first: float, second: float, share: float) -> tuple[float, 
 
 
 @row_template
-def raw_of_numbers(given: Rows, w: int, learner: int, form: Form, row: Array) -> None:
+def raw_of_continuous(given: Rows, w: int, learner: int, form: Form, row: Array) -> None:
     """Write the layer inputs of a continuous action."""
     _, n_symmetric, steers_at, by = form
     for k in range(row.shape[0]):
@@ -87,7 +87,7 @@ def raw_of_numbers(given: Rows, w: int, learner: int, form: Form, row: Array) ->
 
 
 @inlined
-def raw_of_choice(
+def raw_of_discrete(
     given: Int64[Array, "worlds learners"], w: int, learner: int, form: Form, row: Array
 ) -> None:
     """Write the layer inputs of a discrete action."""
@@ -106,7 +106,7 @@ def convert(given: Rows, form: Form, raw: Rows, which: Span) -> None:
 def check_numbers(
     given: Rows,
     bounds: tuple[Float32[Array, " numbers"], Float32[Array, " numbers"]],
-    trouble: Trouble,
+    errors: Errors,
     w: int,
     n_learners: int,
 ) -> None:
@@ -115,21 +115,21 @@ def check_numbers(
     for learner in range(lane(), n_learners, lanes()):
         for k in range(given.shape[2]):
             if not low[k] <= given[w, learner, k] <= high[k]:
-                note(trouble, w, REFUSED, 0)
+                note(errors, w, REFUSED, 0)
 
 
 @row_template
 def check_choices(
     given: Int64[Array, "worlds learners"],
     n_choices: int,
-    trouble: Trouble,
+    errors: Errors,
     w: int,
     n_learners: int,
 ) -> None:
     """Note REFUSED for a world in which an action is not the index of a choice."""
     for learner in range(lane(), n_learners, lanes()):
         if not 0 <= given[w, learner] < n_choices:
-            note(trouble, w, REFUSED, 0)
+            note(errors, w, REFUSED, 0)
 
 
 @inlined
@@ -148,13 +148,13 @@ def act_in_world(
     n_robots: int,
 ) -> int:
     """Check the actions of a world's learners and write them; return the mode of the world."""
-    robots, worlds, trouble = state
+    robots, worlds, errors = state
     fields, _, given, form, raw, limits = acting
     potentials, terms, earned = crediting
     n = learners.shape[0]
-    check_actions(given, limits, trouble, w, n)
+    check_actions(given, limits, errors, w, n)
     barrier()
-    is_refused = trouble[w] % N_TROUBLES == REFUSED
+    is_refused = errors[w] % N_ERRORS == REFUSED
     for learner in range(lane(), 0 if is_refused else n, lanes()):
         write_raw(given, w, learner, form, raw[w, learner])
         write_fields(raw[w, learner], fields, w, learners[learner])

@@ -24,7 +24,7 @@ from swarm_forage_env.task import chosen_worlds
 Seeds = int | Sequence[int | None] | None
 """One seed, so that the worlds take seed, seed + 1 and so on; or one seed for each world."""
 
-LASTING = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.slots"})
+FIXED = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.slots"})
 """Scenario parameters that are fixed for an environment and cannot differ between episodes."""
 
 TESTED_OPTION = "options"
@@ -47,7 +47,7 @@ class Episodes:
         """`check_bounds` refuses options with which observations would leave their space."""
         self._loop, self._scenario = loop, randomisation.scenario
         self._randomisation, self._check_bounds = randomisation, check_bounds
-        for name in LASTING.intersection(randomisation.ranges):
+        for name in FIXED.intersection(randomisation.ranges):
             raise ConfigError(f"randomise: {name} lasts as long as the environment; leave it out")
         n_worlds = loop.world.n_worlds
         self.drawn: dict[str, Float64[Array, " worlds"]] = {
@@ -61,7 +61,7 @@ class Episodes:
         """Decisions (with `step_on="exchange"` ticks) since the episode of each world began."""
         self.ends: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
         """Value of `steps` at which each episode ends; 0 before the first episode."""
-        self.is_ahead = False
+        self.needs_upload = False
         """Whether streams or counts were changed on the CPU and not yet copied to the GPU."""
         self._is_other = np.zeros(n_worlds, np.bool_)
         self.seed([None] * n_worlds)
@@ -122,7 +122,7 @@ class Episodes:
         base = self.scenario_under(options)
         self._restart(self._drawn_where_none(seeds, chosen), chosen, base)
         self.steps[chosen], self.ends[chosen] = 0, n_steps
-        self._is_other[chosen], self.is_ahead = base is not self._scenario, True
+        self._is_other[chosen], self.needs_upload = base is not self._scenario, True
         return chosen
 
     @property
@@ -149,7 +149,7 @@ class Episodes:
         """Spread the ends of the current episodes evenly over their length."""
         share = np.arange(1, len(self.ends) + 1) / len(self.ends)
         self.ends[:] = np.ceil(share * self.ends)
-        self.is_ahead = True
+        self.needs_upload = True
 
     def snapshot(self) -> object:
         """Return a copy of the state, for `restore`."""
@@ -160,7 +160,7 @@ class Episodes:
         self.drawn, numbers = deepcopy(parts_of(snapshot, 2))
         for here, saved in zip(self._numbers, numbers, strict=True):
             here[...] = saved
-        self.is_ahead = True
+        self.needs_upload = True
 
     @property
     def _numbers(self) -> tuple[Array, ...]:
@@ -172,8 +172,8 @@ class Episodes:
         known = leaves(self._scenario.model_dump()) if numbers else {}
         for name in numbers:
             path = resolve(name, known, OPTION)
-            if path in LASTING or path in self.drawn:
-                why = "lasts as long as the environment" if path in LASTING else "is randomised"
+            if path in FIXED or path in self.drawn:
+                why = "lasts as long as the environment" if path in FIXED else "is randomised"
                 raise ConfigError(
                     f"options['{name}']: {why}; give it where the environment is made"
                 )
@@ -201,7 +201,7 @@ class Episodes:
                 self.drawn[name][world] = number
 
     def _start(self, seeds: UInt64[Array, " chosen"], chosen: Int64[Array, " chosen"]) -> None:
-        self._roots[chosen], self.is_ahead = seeds, True
+        self._roots[chosen], self.needs_upload = seeds, True
         start_seed_streams(seeds, chosen, self.streams)
 
     def _drawn_where_none(

@@ -70,7 +70,7 @@ class Pilot:
         }
 
     @property
-    def handed_over(self) -> str:
+    def argument_expression(self) -> str:
         """Expression, in the names of these arrays, of the argument `piloting` of `act_as_learner`.
 
         Its other names are `robot_words`, `mind_words`, `n_robots`, `no_additions` and `time_left`.

@@ -100,7 +100,7 @@ class PolicyForm:
                     " set the parameter where the environment is made, or randomise it"
                 )
 
-    def hand_over(self, action: Array, own: Mapping[str, Any]) -> None:
+    def mark_replaced_layers(self, action: Array, own: Mapping[str, Any]) -> None:
         """Mark the layers that the policy replaces, for the robots given for each layer."""
         for layer in self.policy.replaces:
             action[layer][own[layer]] = self.action.motion if layer == "motion" else REPLACE

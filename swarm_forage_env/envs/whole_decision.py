@@ -27,7 +27,7 @@ from swarm_forage_env.equations.pcg64 import draw_seed
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import Fields
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import BEGINS, STANDS, Arrays, Trouble, restart_world, run_world
+from swarm_forage_env.ticks import BEGINS, STANDS, Arrays, Errors, restart_world, run_world
 from swarm_forage_env.worlds_on_cpu import PlacedArray
 
 lane: Kernel
@@ -36,7 +36,7 @@ first_world: Kernel
 end_world: Kernel
 """Free names of the template, in addition to those of its row templates."""
 
-Ticking = tuple[Arrays, Arrays, Trouble]
+Ticking = tuple[Arrays, Arrays, Errors]
 """Arrays of the worlds and of the layers, and the error of each world."""
 
 Observed = tuple[Fields, Scaling, Array, Array]
@@ -142,14 +142,14 @@ class WholeDecision(Decisions):
         rewards = empty((2, *self._rows), np.float64)
         return rewards, *self.observing.room(2), empty(self._rows[:1], np.bool_)
 
-    def catch_up(self) -> None:
+    def upload_counts(self) -> None:
         """Copy counts and streams that were changed on the CPU to the GPU."""
         episodes = self._episodes
-        if episodes.is_ahead:
+        if episodes.needs_upload:
             clock = episodes.steps, episodes.ends, episodes.streams
             for there, here in zip(self._clock, clock, strict=True):
                 self._worlds.memory.write(there, here)
-            episodes.is_ahead = False
+            episodes.needs_upload = False
 
     def __call__(
         self, actions: PlacedArray, n_ticks: int, length: int, out: tuple[PlacedArray, ...]

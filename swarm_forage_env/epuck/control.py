@@ -13,7 +13,7 @@ from swarm_forage_env.epuck.records import Action, EpuckState
 from swarm_forage_env.interface import CORRECT, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, Errors, note
 
 lane: Kernel
 lanes: Kernel
@@ -49,7 +49,7 @@ def act(robot: EpuckState, mind: NoMind, memory: Record, settings: Numbers) -> b
 
 @row_template
 def steer_world(
-    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
+    world_arrays: Arrays, layer_arrays: Arrays, errors: Errors, w: int, n_robots: int
 ) -> None:
     """Steer the robots of a world; note NOT_FINITE for wheel speeds that are not finite."""
     minds, memories, _, settings = layer_arrays
@@ -57,7 +57,7 @@ def steer_world(
     for i in range(lane(), n_robots, lanes()):
         own = settings[w, min(i, last)]
         if own.is_member and not act(world_arrays[0][w, i], minds[w, i], memories[w, i], own):
-            note(trouble, w, NOT_FINITE, i)
+            note(errors, w, NOT_FINITE, i)
 
 
 @kernel

@@ -13,7 +13,7 @@ from swarm_forage_env.equations.random_draws import Streams, first_word, symmetr
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NO_ROOM, Arrays, Trouble, note
+from swarm_forage_env.ticks import NO_ROOM, Arrays, Errors, note
 
 lane: Kernel
 lanes: Kernel
@@ -82,7 +82,7 @@ def place_world(  # noqa: PLR0913 inputs and outputs
     seed: np.uint64,
     places: Streams,
     poses: Float64[Array, "robots 3"],
-    trouble: Trouble,
+    errors: Errors,
     w: int,
     n_robots: int,
 ) -> None:
@@ -97,7 +97,7 @@ def place_world(  # noqa: PLR0913 inputs and outputs
     if n_robots > 0 and lane() == 0:
         world.ticks, world.has_moved = 0, False
         if place_in_circle(world.start_radius, 2.0 * world.radius, places, poses) < n_robots:
-            note(trouble, w, NO_ROOM, 0)
+            note(errors, w, NO_ROOM, 0)
     barrier()
     for i in range(lane(), n_robots, lanes()):
         action = robots[w, i].action
@@ -120,7 +120,7 @@ def place_world(  # noqa: PLR0913 inputs and outputs
 
 
 def place_worlds(
-    world_arrays: Arrays, starts: Arrays, trouble: Trouble, first: int, last: int
+    world_arrays: Arrays, starts: Arrays, errors: Errors, first: int, last: int
 ) -> None:
     """Place the robots of the worlds first .. last - 1, as `place_world` does.
 
@@ -130,5 +130,5 @@ def place_worlds(
     for w in range(first, last):
         n_robots = poses.shape[1]
         place_world(
-            world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n_robots
+            world_arrays, first_robot[0], seeds[w], places[w], poses[w], errors, w, n_robots
         )

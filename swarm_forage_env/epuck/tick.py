@@ -31,7 +31,7 @@ from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.obstacles import Capsules
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, Trouble, note
+from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, Errors, note
 
 lane: Kernel
 lanes: Kernel
@@ -147,7 +147,7 @@ def score_all(
 
 
 @row_template
-def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving: int) -> None:
+def tick_world(world_arrays: Arrays, errors: Errors, w: int, n: int, n_moving: int) -> None:
     """Run one tick of the n robots of a world: they move, are scored, sense and receive messages.
 
     In a world that begins (`n_moving` is 0) robots only sense.
@@ -158,7 +158,7 @@ def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving:
     move_all(swarm, world, n, n_moving)
     most = list_neighbours(swarm, near[w], cells[w], world, n)
     if most > near.shape[2] - FIRST:
-        note(trouble, w, TOO_MANY_NEAR, most)
+        note(errors, w, TOO_MANY_NEAR, most)
     barrier()
     keep_apart(swarm, near[w], world, standing, n_moving)
     score_all(swarm, faults, world, earned[w], n, n_moving)

@@ -120,7 +120,7 @@ class EpuckWorld(World):
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Place the robots, and start their random streams from the seeds of the worlds."""
         self.starts[1][first:last] = seeds
-        place_all(self.arrays[:7], self.starts, self.trouble, first, last)
+        place_all(self.arrays[:7], self.starts, self.errors, first, last)
         for w in range(first, last):
             self._physics.reset(w, self.scenarios[w])
 

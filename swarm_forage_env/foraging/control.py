@@ -23,7 +23,7 @@ from swarm_forage_env.foraging.records import Exchange, RobotState, Situation, W
 from swarm_forage_env.interface import CORRECT, COURSE, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note, nothing
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, Errors, note, nothing
 
 lane: Kernel
 lanes: Kernel
@@ -63,7 +63,7 @@ def is_weighed(exchange: Exchange, area: int) -> bool:
 
 
 @kernel
-def is_asked(exchange: Exchange, area: int, numbers: Record) -> bool:
+def needs_weight(exchange: Exchange, area: int, numbers: Record) -> bool:
     """Return whether the weighting is called for an area; estimators can replace this function."""
     return is_weighed(exchange, area)
 
@@ -156,7 +156,7 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
     is_usable = math.isfinite(wheels[0] + wheels[1])
     if exchange.is_valid:
         for area in range(2):
-            if is_asked(exchange, area, settings.estimator):
+            if needs_weight(exchange, area, settings.estimator):
                 exchange.weight[area] = gain(exchange, area, settings.weighting)
         if action.weighting != KEEP:
             exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]
@@ -183,7 +183,7 @@ def steer_off_course(situation: Situation, action: Action, wheels: Float32[Array
 
 @row_template
 def decide_world(
-    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
+    world_arrays: Arrays, layer_arrays: Arrays, errors: Errors, w: int, n_robots: int
 ) -> None:
     """Steer the robots of a world, merge received estimates, and choose which robots broadcast.
 
@@ -195,7 +195,7 @@ def decide_world(
     for i in range(lane(), n_robots, lanes()):
         own = settings[w, min(i, last)]
         if own.is_member and not act(robots[w, i], minds[w, i], memories[w, i], shared[w, i], own):
-            note(trouble, w, NOT_FINITE, i)
+            note(errors, w, NOT_FINITE, i)
 
 
 @kernel

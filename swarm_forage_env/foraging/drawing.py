@@ -25,7 +25,7 @@ from swarm_forage_env.scene import (
     Stage,
     without_beliefs,
 )
-from swarm_forage_env.ticks import BEGINS, RUNS, Arrays, Modes, Trouble
+from swarm_forage_env.ticks import BEGINS, RUNS, Arrays, Errors, Modes
 
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:
@@ -139,7 +139,7 @@ def run_and_draw(  # noqa: PLR0913 arguments of `run_ticks`, and outputs
     world_arrays: Arrays,
     layer_arrays: Arrays,
     modes: Modes,
-    trouble: Trouble,
+    errors: Errors,
     starts: Arrays,
     noise: int,
     n_ticks: int,
@@ -157,12 +157,12 @@ def run_and_draw(  # noqa: PLR0913 arguments of `run_ticks`, and outputs
     """
     robots, minds, n_heard = world_arrays[0], layer_arrays[0], 0
     if modes[0] == BEGINS:
-        begin_worlds(world_arrays, layer_arrays, starts, noise, modes, trouble)
-        run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
+        begin_worlds(world_arrays, layer_arrays, starts, noise, modes, errors)
+        run_ticks(world_arrays, layer_arrays, modes, errors, 0, 1, 1)
         modes[0] = RUNS
     for _ in range(n_ticks):
         pilot(robots, world_arrays[1][0].ticks, piloting)
-        run_ticks(world_arrays, layer_arrays, modes, trouble, 0, 1, 1)
+        run_ticks(world_arrays, layer_arrays, modes, errors, 0, 1, 1)
         for i in range(robots.shape[1]):
             heard = robots[0, i].heard
             for slot in range(heard.n):

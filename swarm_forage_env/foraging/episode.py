@@ -58,14 +58,14 @@ class LocalisationErrorMeter:
     def __init__(self, loop: MeasuredLoop, is_meant: Bool[Array, "worlds robots"]) -> None:
         self._loop, n_worlds = loop, len(is_meant)
         sums = np.zeros(n_worlds), np.zeros(n_worlds, np.int64)
-        self._is_meant, *self._sums = map(loop.memory.to_device, (is_meant, *sums))
+        self._is_counted, *self._sums = map(loop.memory.to_device, (is_meant, *sums))
         self._add = loop.kernel(metrics.add_errors, {})
 
     def sample(self) -> None:
         """Add the current localisation errors to the sums."""
         at, estimators = self._loop.arrays, self._loop.estimators
         if estimators is not None:
-            self._add(at["robots"], estimators, at["worlds"], self._is_meant, *self._sums)
+            self._add(at["robots"], estimators, at["worlds"], self._is_counted, *self._sums)
 
     def means(self) -> list[float | None]:
         """Return the mean error of each world [m]; None if no area was known at any sample."""

@@ -9,7 +9,7 @@ from typing import Any
 from swarm_forage_env.interface import KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import NOT_FINITE, Arrays, Trouble, note
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, Errors, note
 from swarm_forage_env.waypoints.records import RobotState
 
 update_belief: Kernel
@@ -60,13 +60,13 @@ def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> boo
 
 @row_template
 def decide_world(
-    world_arrays: Arrays, layer_arrays: Arrays, trouble: Trouble, w: int, n_robots: int
+    world_arrays: Arrays, layer_arrays: Arrays, errors: Errors, w: int, n_robots: int
 ) -> None:
     """Write the commands of the robots of a world, and correct their estimates jointly.
 
     Accelerations are decided before the merge, so that both layers use the same observation. If
     robots have different layers, the merge follows the decisions of the last ones. Accelerations
-    and weights that are not finite are reported in `trouble`.
+    and weights that are not finite are reported in `errors`.
     """
     robots, sightings = world_arrays[0], world_arrays[1]
     minds, memories, shared, settings = layer_arrays
@@ -75,6 +75,6 @@ def decide_world(
         own = settings[w, min(i, last)]
         n_exchanges += minds[w, i].exchange.is_valid > 0.0
         if own.is_member and not act(robots[w, i], minds[w, i], memories[w, i], own):
-            note(trouble, w, NOT_FINITE, i)
+            note(errors, w, NOT_FINITE, i)
     if n_exchanges > 0 and settings[w, 0].is_last:
         merge(minds[w], shared[w], sightings[w], settings[w, 0].estimator)

@@ -8,7 +8,7 @@ from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.equations.random_draws import Streams, normal, symmetric, unit
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import Arrays, Trouble
+from swarm_forage_env.ticks import Arrays, Errors
 from swarm_forage_env.waypoints.records import (
     ENCODER,
     GOAL,
@@ -152,7 +152,7 @@ def see_each_other(swarm: Array, sightings: Array, world: WorldState) -> None:
 
 
 @row_template
-def tick_world(world_arrays: Arrays, trouble: Trouble, w: int, n: int, n_moving: int) -> None:
+def tick_world(world_arrays: Arrays, errors: Errors, w: int, n: int, n_moving: int) -> None:
     """Run one tick of the n robots of a world; if n_moving is 0, they only take first readings."""
     robots, sightings, worlds, earned = world_arrays
     swarm, world = robots[w], worlds[w]

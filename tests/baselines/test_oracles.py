@@ -38,7 +38,7 @@ def run_deceived(name, ticks, far):
     for _ in range(ticks):
         true = pose.copy()
         pose += away
-        controller.consult()
+        controller.call_rules()
         loop.run_stages("decide")
         pose[:] = true
         loop.world.tick(0, 1)

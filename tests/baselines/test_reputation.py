@@ -6,10 +6,10 @@ import pytest
 from baselines.estimators.reputation_odometry import (
     ReputationMind,
     ReputationOdometryParameters,
-    describe_teller,
-    is_asked,
+    describe_reputations,
     judge_all,
     merge,
+    needs_weight,
     remember,
     trust,
 )
@@ -21,9 +21,9 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
 
-trust, remember, describe_teller = map(entry_point, (trust, remember, describe_teller))
+trust, remember, describe_reputations = map(entry_point, (trust, remember, describe_reputations))
 judge_all = entry_point(judge_all)
-is_asked, merge = map(entry_point, (is_asked, merge))
+needs_weight, merge = map(entry_point, (needs_weight, merge))
 
 SCENARIO = find_scenario("es1")
 NUMBERS = one_record(ReputationOdometryParameters(weighs_unknown=True).layer(SCENARIO).numbers)[0]
@@ -44,7 +44,7 @@ class Robot:
         self.belief["heard_weight"][area] = 4.0
         self.belief["heard_sum"][area] = 4.0 * np.array(place)
         self.belief["heard_p"][area] = p
-        describe_teller(self.mind, NUMBERS)
+        describe_reputations(self.mind, NUMBERS)
         remember(self.mind, area, NUMBERS)
         return self
 
@@ -105,7 +105,7 @@ def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_fo
     judge_all(robot.reputation, robot.belief, NEST, True, WIDE)
     assert robot.counts(2) == (0.0, float(is_found_out))
     robot.belief["heard_weight"][:], robot.belief["last_partner"] = 4.0, 3
-    describe_teller(robot.mind, WIDE)
+    describe_reputations(robot.mind, WIDE)
     told = 2 / 3 if is_found_out else 0.0  # both tellers are trusted to a third by now
     assert robot.exchange["support"][NEST] + robot.exchange["dissent"][NEST] == pytest.approx(told)
     assert robot.exchange["support"][PREY] + robot.exchange["dissent"][PREY] == 0.0
@@ -114,8 +114,8 @@ def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_fo
 def test_the_weighting_is_asked_about_unknown_areas_only_if_it_is_to_weigh_them():
     exchange = Exchange.array((1,))
     exchange["heard_known"], exchange["own_known"] = (1, 1), (1, 0)
-    second_witness = one_record(ReputationOdometryParameters().layer(SCENARIO).numbers)[0]
-    asked = [[is_asked(exchange[0], k, own) for k in (0, 1)] for own in (NUMBERS, second_witness)]
+    witness = one_record(ReputationOdometryParameters().layer(SCENARIO).numbers)[0]
+    asked = [[needs_weight(exchange[0], k, own) for k in (0, 1)] for own in (NUMBERS, witness)]
     assert asked == [[True, True], [True, False]]
 
 

@@ -144,7 +144,7 @@ def observe(loop, robots):
 
 def decide(loop):
     """What the controller commands next: wheels, and who broadcasts."""
-    loop.controller.consult()
+    loop.controller.call_rules()
     loop.run_stages("decide")
     return loop.world.robots["command"][0]
 

@@ -47,11 +47,11 @@ def kernels_of(controller):
     n_worlds, n_robots = world.robots.shape
     places = np.zeros((n_worlds, n_robots), np.uint64), np.zeros((n_worlds, n_robots, 3))
     starts = world.robots[0], *layers.firsts, np.zeros(n_worlds, np.uint64), *places
-    modes, trouble = world.modes, world.trouble
+    modes, errors = world.modes, world.errors
     begin = bind_grid(begin_worlds, functions)
     return {
-        "run": (bind_grid(run_ticks, functions), (*arrays, modes, trouble, 0, n_worlds, 10)),
-        "begin": (begin, (*arrays, starts, 64, modes, trouble)),
+        "run": (bind_grid(run_ticks, functions), (*arrays, modes, errors, 0, n_worlds, 10)),
+        "begin": (begin, (*arrays, starts, 64, modes, errors)),
     }
 
 
@@ -111,10 +111,10 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
         assert ".entry" in ptx(bind_grid(template, functions), *arguments, both)
 
     state, crediting = (it.robots, worlds, TROUBLE), (pair.copy(), it.terms, pair)
-    numbers = {"write_raw": kernels.raw_of_numbers, "command": drive_to_wheels}
+    numbers = {"write_raw": kernels.raw_of_continuous, "command": drive_to_wheels}
     for given, limits, check, functions in (
         (it.actions, (it.row, it.row), kernels.check_numbers, numbers),
-        (choices, 5, kernels.check_choices, {"write_raw": kernels.raw_of_choice}),
+        (choices, 5, kernels.check_choices, {"write_raw": kernels.raw_of_discrete}),
     ):
         names = {**functions, "check_actions": check, "potential": potential}
         acting = it.fields, it.learners, given, it.form, it.actions, limits
@@ -141,11 +141,11 @@ def test_a_decision_in_one_launch_compiles_for_a_gpu(ptx, learn):
     starts = it.robots[0], *layers.firsts, words[:, 0].copy(), *places
     functions = {
         **world.functions, **layers.functions, **it.loop.task.gpu,
-        "write_raw": kernels.raw_of_numbers, "command": drive_to_wheels,
+        "write_raw": kernels.raw_of_continuous, "command": drive_to_wheels,
         "check_actions": kernels.check_numbers, "potential": potential,
     }  # fmt: skip
     arguments = (
-        (*arrays, world.trouble),
+        (*arrays, world.errors),
         (it.fields, it.learners, it.actions, it.form, it.actions, (it.row, it.row)),
         (rewards[1], it.terms, rewards[0]),
         (it.fields, it.scaling, it.additions, it.frames),

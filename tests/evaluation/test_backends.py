@@ -126,7 +126,7 @@ def test_a_process_group_that_is_killed_leaves_no_semaphores():
 
 
 def test_a_worker_whose_parent_was_killed_before_its_first_call_ends():
-    code = "import time; from baselines.evaluation.backends import end_with; end_with(1)"
+    code = "import time; from baselines.evaluation import backends; backends.exit_with_parent(1)"
     run("-c", f"{code}; time.sleep(60)", status=1)
 
 

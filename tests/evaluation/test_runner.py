@@ -117,7 +117,7 @@ def test_a_listener_is_told_of_an_entry_point_before_it_is_compiled(tmp_path, mo
 
     told = []
     compiled = compiler.entry_point(twice_and_three)
-    with compiler.compiling_told(told.append):
+    with compiler.report_compiling(told.append):
         compiled(1.0)
         compiled(2.0)
     assert told == ["twice_and_three"]

@@ -26,7 +26,7 @@ WORLDS = {
 
 TICKS = 200
 WIDEST_OVERLAP = 0.001
-MOST_ROBOTS = 300
+MAX_ROBOTS = 300
 """A larger swarm takes long, and shows nothing that this one does not."""
 
 NONSENSE = (
@@ -81,7 +81,7 @@ def test_random_scenarios_run_soundly(name, engine, tries, rng, tell):
         except ConfigError:
             refused += 1
             continue
-        if scenario.task.n_robots > MOST_ROBOTS:
+        if scenario.task.n_robots > MAX_ROBOTS:
             continue
         seed = rng.randrange(2**32)
         try:

@@ -123,10 +123,10 @@ class Block:
     def sense(self):
         """What the robots' own sensors read."""
         n_worlds, earned = len(self.worlds), np.zeros(self.robots.shape)
-        modes, trouble = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
+        modes, errors = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
         tick = bind(run_ticks, {**only("tick"), **TICK, **ForagingWorld.task_functions})
         faults = Fault.array(self.robots.shape)
-        tick((*self.tables, earned, faults), (), modes, trouble, 0, n_worlds, 1)
+        tick((*self.tables, earned, faults), (), modes, errors, 0, n_worlds, 1)
         return self.state.readings
 
     def listen(self):

@@ -30,7 +30,7 @@ def test_rigid_moves_robots_as_pymunk_moves_bodies(running):
     for _ in range(100):
         world.worlds["has_moved"] = False
         world.robots["command"]["wheels"] = rng.uniform(-1.0, 1.0, (1, world.n_robots, 2))
-        move(world.arrays, (), world.modes, world.trouble, 0, 1, 1)
+        move(world.arrays, (), world.modes, world.errors, 0, 1, 1)
         if world.worlds["has_moved"]:
             poses = moved_by_pymunk(space, engine._memory["written"][0], world.scenario.tick)
             assert_array_equal(engine._memory["read"][0, : world.n_robots], poses)

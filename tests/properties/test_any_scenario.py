@@ -27,8 +27,8 @@ OVERLAP = 1e-3
 FASTEST = 0.5
 """Way of the fastest wheels in a tick, in radii of the robot."""
 
-MOST_ROBOTS = 40
-SHARE, WIDER = st.floats(0.0, 1.0), st.floats(1.0001, 1.5)
+MAX_ROBOTS = 40
+SHARE, GROWTH = st.floats(0.0, 1.0), st.floats(1.0001, 1.5)
 
 
 @st.composite
@@ -37,17 +37,17 @@ def scenarios(draw):
     radius = draw(st.floats(0.01, 0.1))
     start = radius * draw(st.floats(0.1, 12.0))
     area = draw(st.floats(0.3, 3.0)) * radius
-    distance = 2.0 * (start + area) * draw(WIDER)
+    distance = 2.0 * (start + area) * draw(GROWTH)
     tick = draw(st.sampled_from([0.05, 0.1, 0.2]))
     fastest = FASTEST * radius / tick * draw(st.floats(0.05, 1.0))
     reach = draw(st.floats(0.02, 0.4))
     near_share, losses = draw(st.floats(0.0, 0.9)), sorted((draw(SHARE), draw(SHARE)))
-    room = max(1, min(MOST_ROBOTS, int(0.5 * (start / radius) ** 2)))
+    room = max(1, min(MAX_ROBOTS, int(0.5 * (start / radius) ** 2)))
     return Scenario(
         tick=tick,
         arena={
-            "length": max(distance + 2.0 * area, 2.0 * (start + radius)) * draw(WIDER),
-            "width": 2.0 * max(start + radius, area) * draw(WIDER),
+            "length": max(distance + 2.0 * area, 2.0 * (start + radius)) * draw(GROWTH),
+            "width": 2.0 * max(start + radius, area) * draw(GROWTH),
         },
         robot={
             "radius": radius,

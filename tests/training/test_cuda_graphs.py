@@ -11,7 +11,7 @@ from torch.utils._pytree import tree_leaves, tree_map
 
 from swarm_forage_env import ConfigError, array_env
 from training.actor_critic import ActorCritic
-from training.cuda_graphs import WARM_UP, Repeated, in_tf32
+from training.cuda_graphs import WARM_UP, GraphedFunction, in_tf32
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import Step, TensorVecEnv
 
@@ -86,7 +86,7 @@ def test_a_rollout_of_graphs_is_the_rollout(record_by):
     policy, calls = policy_of(), []
     usual, graphed = (learner_of(deepcopy(policy)) for _ in range(2))
     decide, env = graphed._decide, graphed.env
-    graphed._repeated = Repeated(
+    graphed._repeated = GraphedFunction(
         noted(lambda: calls.append("decided") or decide()), lambda: calls.append("counted")
     )
     env.launch = env.step
@@ -173,7 +173,7 @@ def test_an_update_of_graphs_is_the_update(record_by):
     for learner in (usual, graphed):
         (group,) = learner._adam._adam.param_groups
         group["fused"] = True  # as on a GPU: it asks for no number
-    graphed._repeated_epoch = Repeated(graphed._epoch)
+    graphed._repeated_epoch = GraphedFunction(graphed._epoch)
     for learner in (usual, graphed):
         learner.learn(3 * 6 * 10 * 4, seed=3)
     assert graphed._repeated_epoch._n_calls == 3 * terms.n_epochs > WARM_UP

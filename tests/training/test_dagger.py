@@ -147,9 +147,9 @@ def test_the_network_that_is_trained_is_the_one_that_runs(
         seen, (own, heard) = exchanges.copy(), errors(loop.controller.minds, loop.world)
         loop.step()
         told = (seen["is_valid"][:, None] > 0) & (seen["heard_known"] > 0)
-        is_known, is_ahead = seen["own_known"] > 0, seen["goal"][:, :2] > 0.0
-        told &= is_known if network is EXCHANGE_NETWORK else ~is_known | is_ahead
-        told &= is_ahead | (name == "dsgiff-frequent") | ~is_known
+        is_known, needs_upload = seen["own_known"] > 0, seen["goal"][:, :2] > 0.0
+        told &= is_known if network is EXCHANGE_NETWORK else ~is_known | needs_upload
+        told &= needs_upload | (name == "dsgiff-frequent") | ~is_known
         columns.append((exchanges["weight"][told], is_known[told], own[told], heard[told]))
     weights, known, own, heard = map(np.concatenate, zip(*columns, strict=True))
     assert len(weights) > 15

@@ -391,7 +391,7 @@ def peak(call):
 @pytest.mark.parametrize("lies", [False, True], ids=["honest", "lies of its size"])
 @pytest.mark.parametrize("name", ["data", "policy.pth"])
 def test_a_member_that_swells_is_refused_before_it_does(file, monkeypatch, name, lies):
-    for limit in ("LARGEST", "LARGEST_TELLING"):
+    for limit in ("LARGEST", "MAX_JSON"):
         monkeypatch.setattr(f"training.sb3_policy.{limit}", 2**20)
     with_parts(file, compression=zipfile.ZIP_DEFLATED)
     swollen = bytes(64 * 2**20)

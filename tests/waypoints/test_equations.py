@@ -99,10 +99,10 @@ def sights(pose, n_robots, streams, **numbers):
         found[name] = 1
     worlds = WorldState.array((len(robots),))
     worlds[:] = np.array(world_with(**numbers))
-    modes, trouble = np.full(len(robots), BEGINS, np.int8), np.zeros(len(robots) + 1, np.int64)
+    modes, errors = np.full(len(robots), BEGINS, np.int8), np.zeros(len(robots) + 1, np.int64)
     arrays = robots, found, worlds, np.zeros(robots.shape)
     tick = bind(run_ticks, {**only("tick"), "tick_world": tick_world})
-    tick(arrays, (), modes, trouble, 0, len(robots), 1)
+    tick(arrays, (), modes, errors, 0, len(robots), 1)
     streams[:] = robots["streams"][..., LIDAR].reshape(-1)
     shape = len(pose), n_robots
     return tuple(found[name].reshape(shape) for name in ("seen", "range", "bearing"))

@@ -10,7 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.console import so_many
+from baselines.evaluation.console import count_noun
 from baselines.evaluation.statistics import Estimate
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
@@ -99,7 +99,7 @@ def _learned(rung: Rung, runs: Sequence[Run]) -> tuple[str, ...]:
         f"{rung.normalised(score.value):.2f}",
         _with_interval(min(run.score for run in runs), None),
         _with_interval(by_chance.value, by_chance.interval),
-        so_many(len(runs), "seed"),
+        count_noun(len(runs), "seed"),
         _millions(max(run.robot_steps for run in runs)),
         format_duration(statistics.median(run.train_s for run in runs)),
     )
@@ -205,14 +205,14 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     lines = [
         f"- {title_of(name)}: "
         + "; ".join(
-            f"`{rung.name}` {so_many(len(own), 'seed')} of {_millions(own[0].robot_steps)}"
+            f"`{rung.name}` {count_noun(len(own), 'seed')} of {_millions(own[0].robot_steps)}"
             " robot-steps"
             for rung, own in by_rung(rungs, each)
         )
         for name, each in by_algorithm(runs).items()
     ]
     versions = ", ".join(f"{name} {number}" for name, number in runs[0].versions.items())
-    in_all = f"{so_many(len(runs), 'run')}, {format_duration(seconds)} of training in all"
+    in_all = f"{count_noun(len(runs), 'run')}, {format_duration(seconds)} of training in all"
     head = f"{in_all}, with {versions}:"
     return "\n".join([head, "", *lines])
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from matplotlib.figure import Figure
 
-from baselines.evaluation.console import so_many
+from baselines.evaluation.console import count_noun
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
 from baselines.evaluation.episode import present_values
 from baselines.evaluation.figure_page import Caption
@@ -146,7 +146,7 @@ def counted(groups: Sequence[EpisodeGroup], metric: str = "") -> str:
         return ""
     robots = {group.episodes[0].n_robots for group in groups}
     lengths = {group.episodes[0].duration_s for group in groups}
-    parts = [so_many(min(robots), "robot")] if len(robots) == 1 else []
+    parts = [count_noun(min(robots), "robot")] if len(robots) == 1 else []
     parts += [f"{min(lengths):g} s"] if len(lengths) == 1 else []
     sizes = [len(group.episodes) for group in groups]
     parts.append(f"n = {_span(sizes)} episodes each")

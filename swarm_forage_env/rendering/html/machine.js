@@ -61,8 +61,8 @@ function runTicks(ticks) {
   const pointers = plan.arrays.map(({ name }) => at[name]);
   const given = [robots, ...plan.widths, ticks].map(BigInt);
   const status = machine.swarm_run(count, count + 16, ...pointers, ...given);
-  const trouble = numbers().getBigInt64(at.trouble + 8, true);
-  if (status || trouble) throw new Error(`the world stopped after ${(world.done * plan.tick).toFixed(1)} s`);
+  const error = numbers().getBigInt64(at.errors + 8, true);
+  if (status || error) throw new Error(`the world stopped after ${(world.done * plan.tick).toFixed(1)} s`);
   world.done += ticks;
   const messages = Number(numbers().getBigInt64(count, true));
   const pairs = new Int32Array(machine.memory.buffer, at.pairs, 2 * messages);

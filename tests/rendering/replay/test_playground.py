@@ -106,7 +106,7 @@ def test_a_visitor_drives_a_robot_as_a_learner_does_and_sees_what_it_sees(page):
     form = PolicyForm([loop.world.scenario], EnvConfig(learn="motion"))
     loop.run(ticks)
     action = loop.world.robots["action"]
-    form.hand_over(action, dict.fromkeys(("motion", "weighting"), (0, 3)))
+    form.mark_replaced_layers(action, dict.fromkeys(("motion", "weighting"), (0, 3)))
     action["wheels"][0, 3] = 0.25, 1.0
     loop.run(7)
     own, raw = Loop.memory.to_device(np.zeros(1, np.int8)), np.zeros((1, 1, 2), np.float32)

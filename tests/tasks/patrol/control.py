@@ -44,7 +44,7 @@ def observe_world(world_arrays, layer_arrays, w, n_robots):
 
 
 @row_template
-def decide_world(world_arrays, layer_arrays, trouble, w, n_robots):
+def decide_world(world_arrays, layer_arrays, errors, w, n_robots):
     """Steer, or do as the action says. Free name: steer."""
     robots, (minds, memories, _, settings) = world_arrays[0], layer_arrays
     for i in range(n_robots):

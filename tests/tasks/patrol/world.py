@@ -97,7 +97,7 @@ def drive(robot, world):
 
 
 @row_template
-def tick_world(world_arrays, trouble, w, n, n_moving):
+def tick_world(world_arrays, errors, w, n, n_moving):
     """One tick of the n robots of a world; where none are moving it begins, and all sense only."""
     robots, worlds, earned = world_arrays
     if n_moving > 0:
