@@ -22,7 +22,7 @@ from swarm_forage_env.parameters import Count, validated
 from training.foreign_file import reason
 from training.policy_card import PolicyCard, read_policy_card
 
-SOURCES = tuple(
+OBSERVATION_FILES = tuple(
     Path(envs.__file__).with_name(f"{name}.py")
     for name in (
         "actions", "extra_observations", "config", "decision", "decision_kernels", "observations",
@@ -99,7 +99,7 @@ class ForeignPolicy(PolicyKeywords):
     def reads(self) -> tuple[Path, ...]:
         """Files that the output depends on: here, the code that makes its observations."""
         names = self.observation.split("+") if isinstance(self.observation, str) else ()
-        return (*SOURCES, *(module_file(imported(each)) for each in names if ":" in each))
+        return (*OBSERVATION_FILES, *(module_file(imported(each)) for each in names if ":" in each))
 
     @property
     def source(self) -> str:

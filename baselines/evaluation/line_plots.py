@@ -29,7 +29,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 RESAMPLES = 1000  # bootstrap resamples of a band
-BANDS = "Means with 95 % bootstrap bands."  # what a caption says of them
+BANDS = f"Means with 95 % bootstrap bands, of fewer than {FEW} episodes Student's."  # in captions
 NUMBERED = 6  # up to this many values of x are numbered one by one
 
 

@@ -118,17 +118,16 @@ class ExportedRobot:
             reasons["its estimator takes in with a template of its own"] = (
                 own.observe is not observe_world
             )
+            kind = cast(type[Record], own.mind.fields["message"].kind)
+            self.message, self.payload, self._run = "message", kind.fields, run_robot
         is_called = loop.controller.has_rules or not compiled.firsts
         reasons["a layer of it is called by Python"] = is_called
         for reason, holds in reasons.items():
             if holds:
                 raise ConfigError(
-                    f"controller '{controller.name}' cannot be exported, as {reason}; take one"
-                    " that forages, as ssgikf"
+                    f"controller '{controller.name}' cannot be exported, as {reason}; take"
+                    " another one, as ssgikf"
                 )
-        if compiled.has_beliefs:
-            kind = cast(type[Record], own.mind.fields["message"].kind)
-            self.message, self.payload, self._run = "message", kind.fields, run_robot
         self._functions, self.noise = compiled.functions, compiled.noise
         first_mind, first_memory = compiled.firsts
         n = loop.world.n_robots

@@ -24,7 +24,7 @@ from swarm_forage_env.task import chosen_worlds
 Seeds = int | Sequence[int | None] | None
 """One seed, so that the worlds take seed, seed + 1 and so on; or one seed for each world."""
 
-FIXED = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.slots"})
+FIXED_PARAMETERS = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.slots"})
 """Scenario parameters that are fixed for an environment and cannot differ between episodes."""
 
 TESTED_OPTION = "options"
@@ -47,7 +47,7 @@ class Episodes:
         """`check_bounds` refuses options with which observations would leave their space."""
         self._loop, self._scenario = loop, randomisation.scenario
         self._randomisation, self._check_bounds = randomisation, check_bounds
-        for name in FIXED.intersection(randomisation.ranges):
+        for name in FIXED_PARAMETERS.intersection(randomisation.ranges):
             raise ConfigError(f"randomise: {name} lasts as long as the environment; leave it out")
         n_worlds = loop.world.n_worlds
         self.drawn: dict[str, Float64[Array, " worlds"]] = {
@@ -172,8 +172,8 @@ class Episodes:
         known = leaves(self._scenario.model_dump()) if numbers else {}
         for name in numbers:
             path = resolve(name, known, OPTION)
-            if path in FIXED or path in self.drawn:
-                why = "lasts as long as the environment" if path in FIXED else "is randomised"
+            if (is_fixed := path in FIXED_PARAMETERS) or path in self.drawn:
+                why = "lasts as long as the environment" if is_fixed else "is randomised"
                 raise ConfigError(
                     f"options['{name}']: {why}; give it where the environment is made"
                 )

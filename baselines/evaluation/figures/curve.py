@@ -19,7 +19,7 @@ from baselines.evaluation.line_plots import (
     recruited_over_time,
 )
 from baselines.evaluation.listing import units
-from baselines.evaluation.statistics import FEW, INTERVALS, mean_interval
+from baselines.evaluation.statistics import INTERVALS, mean_interval
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.parameters import resolve
@@ -162,8 +162,7 @@ def draw_share_over_time(options: PlotOptions) -> Figure:
         setup: {each.label(): curve(each.episodes) for each in groups}
         for setup, groups in by_setup(options.foraging_groups).items()
     }
-    text = f"{words} {BANDS[:-1]}, of fewer than {FEW} episodes Student's."
-    caption = options.caption(text, options.groups)
+    caption = options.caption(f"{words} {BANDS}", options.groups)
     drawn = curve_panels(panels, ("time [s]", axis), caption)
     for axes in drawn.axes:
         axes.set_ylim(0.0, 102.0)
