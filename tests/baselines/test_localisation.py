@@ -27,10 +27,7 @@ from baselines.estimators.decentralised_ekf import (
     propagate_factors,
 )
 from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
-from baselines.estimators.small_matrices import (
-    inverse3,
-    spectral_norm3,
-)
+from baselines.estimators.small_matrices import inverse3, spectral_norm3
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.record import one_record, rows

@@ -47,10 +47,7 @@ def forms(task):
     plain = {learn: f"n{len(each.action)},learn={learn}" for learn, each in task.policies.items()}
     names = [*plain.values()]
     for learn in ("motion", "everything"):
-        names += [
-            f"choice,learn={learn},discrete=true",
-            f"{plain[learn]},action={other},stack=2",
-        ]
+        names += [f"choice,learn={learn},discrete=true", f"{plain[learn]},action={other},stack=2"]
     return [f"callable:policies:{name},{own}" for name in names]
 
 

@@ -89,10 +89,7 @@ REFUSED = [
     (("boxplot", "runs/es1", "--out=x.jpg"), "--out x.jpg: the name must end in .png, .pdf, .svg"),
     (("boxplot", "runs/es1", "--out=taken/x.png"), "--out taken/x.png: cannot be written"),
     (("boxplot", "runs/es1", "--out=folder.png"), "--out folder.png: cannot be written"),
-    (
-        ("table", "unread", "--out=x.png", "--seed=1"),
-        "--seed: 'table' has no such option",
-    ),
+    (("table", "unread", "--out=x.png", "--seed=1"), "--seed: 'table' has no such option"),
     (("boxplot", "runs/es1", "--out=x.png", "--metric=trips"), "did you mean 'round_trips'?"),
     (("boxplot", "runs/es1", "--out=x.png", "--x=beta"), "--x: 'boxplot' has no such option"),
     (("curve", "runs/es1", "--out=x.png"), "takes two values while all else is the same"),

@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.epuck.fault_record import (
-    BLIND,
-    DEAD,
-    DEAF,
-    KINDS,
-    MUTE,
-    STALE,
-    WORN,
-)
+from swarm_forage_env.epuck.fault_record import BLIND, DEAD, DEAF, KINDS, MUTE, STALE, WORN
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
