@@ -21,7 +21,6 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS, Registry
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
-from tests.columns import columns
 
 PARTS = [(layer, name) for layer, registry in REGISTRIES.items() for name in registry]
 SOURCE = r"Source: |\(TR\)|\(ANTS\)|\(BOIDS\)|Not in the papers?:"
@@ -123,6 +122,7 @@ def recorded():
         for _ in range(1200):
             loop.step()
             told.append(loop.world.robots.copy())
+            assert np.abs(told[-1]["command"]["wheels"]).max() <= 1.0
         return told
 
     kept = {}
@@ -209,21 +209,6 @@ def test_what_a_robot_hears_does_matter_to_it(recorded, name):
         observe(deafened, deaf)
         same = same and np.array_equal(decide(hearing)["wheels"], decide(deafened)["wheels"])
     assert same == (not any(robots["heard"]["n"].any() for robots in recorded(name)))
-
-
-@pytest.mark.parametrize("physics", list(ENGINES))
-@pytest.mark.parametrize("name", FORAGERS)
-def test_every_controller_runs_without_nonsense(name, physics):
-    loop = Loop(find_scenario("es1", BUSY), find_controller(name), [0, 1], physics)
-    robots, minds = loop.world.robots, loop.controller.minds["estimator"]
-    for _ in range(200):
-        loop.step()
-        held = robots["readings"], robots["heard"], robots["command"], minds["situation"]
-        for records in held:
-            for column, numbers in columns(records, ""):
-                assert np.isfinite(numbers).all(), column
-        assert np.abs(robots["command"]["wheels"]).max() <= 1.0
-    assert np.isfinite(robots["pose"]).all()
 
 
 @pytest.mark.parametrize("name", list(CONTROLLERS))
