@@ -65,7 +65,6 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
         (["ssgikf"] * 9, "9 controllers given for the 10 robots of 'es1': must be one for each"),
         ([], "0 controllers given for the 10 robots"),
         ({"epuck_0": "oracle-weighting"}, "no controller named 'oracle-weighting'|ground truth"),
-        *(({2: each}, "knows the ground truth") for each in ORACLES),
         *(([each] * 10, "knows the ground truth") for each in ORACLES),
         ({"epuck_0": "nc", 0: "nc"}, "robot 0 is given twice, by name and by number"),
         ({"epuck_0": None}, "controller=None: must be a name or a controller"),
