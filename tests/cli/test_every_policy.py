@@ -55,11 +55,7 @@ def refuse(constant):
     raise AssertionError(f"{constant} in JSON")
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["es1", "real", "ants2008", "near", "mg1-hexagon", "two-prey", "two-nests", "moving-prey",
-     "waypoints-05", "waypoints-05-authors"],
-)  # fmt: skip
+@pytest.mark.parametrize("name", ["es1", "moving-prey", "waypoints-05", "waypoints-05-authors"])
 def test_every_policy_goes_through_every_command(command, tmp_path, name):
     (tmp_path / "policies.py").write_text(MODULE)
     scenario = find_scenario(name)

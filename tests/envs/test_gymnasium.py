@@ -1,6 +1,5 @@
 """Gymnasium's single environments: one learner among team-mates, all in one Box, all in a Tuple."""
 
-import warnings
 from itertools import product
 
 import gymnasium as gym
@@ -36,12 +35,9 @@ def test_every_scenario_has_its_ids():
 @pytest.mark.parametrize("name", NAMES.values())
 def test_gymnasium_accepts_the_single_learner_and_the_joint_env(name, kind):
     check_env(gym.make(f"SwarmForage/{name}{kind}-v2").unwrapped)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=".*Box observation space m.*infinity")
-        check_env(gym.make(f"Commands/{name}{kind}-v0").unwrapped)
 
 
-@pytest.mark.parametrize("name", NAMES.values())
+@pytest.mark.parametrize("name", ["ES1", "Waypoints-05"])
 def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
     env = gym.make(f"SwarmForage/{name}-Tuple-v2")
     with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as told:
