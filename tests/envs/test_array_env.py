@@ -122,6 +122,7 @@ def test_numbers_are_drawn_anew_for_each_world_and_episode():
     assert_array_equal(second["task.area_distance"], distances)
     for turned in ({"seed": 0}, {"seed": [2, 0], "worlds": [2, 0]}):
         assert_same(first.values(), env.reset(**turned)[1].values())
+    assert_same(second.values(), env.reset()[1].values())
     alone = begun(1, seed=1, **{name: first[name][1] for name in ranges})
     straight = np.full((3, 4, 2), 0.3, np.float32)
     assert_array_equal(env.step(straight)[0][1], alone.step(straight[:1])[0][0])

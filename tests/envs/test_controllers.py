@@ -104,20 +104,6 @@ def test_where_all_robots_learn_everything_there_is_no_mixture():
             parallel_env("es1", learn="everything", learners=learners, controller=controller)
 
 
-def test_hand_written_robots_go_on_as_if_a_learner_of_everything_were_silent(busy):
-    """They hear where it is and no more, so what it says makes no difference to them."""
-    options = {"learn": "everything", "learners": 1, "physics": "kinematic"}
-    envs = [parallel_env(busy, **options) for _ in range(2)]
-    poses = []
-    for env, word in zip(envs, (0.0, 1.0), strict=True):
-        env.reset(seed=3)
-        action = np.array([0.5, 0.1, 1.0, *[word] * 12], np.float32)
-        for _ in range(300):
-            env.step({"epuck_0": action})
-        poses.append(env.world.robots["pose"].copy())
-    assert_array_equal(*poses)
-
-
 def test_some_robots_learn_a_correction_and_the_others_go_by_their_motion(busy):
     options = {"residual": True, "decision_period": 1, "physics": "kinematic"}
     still, left = np.zeros(2, np.float32), np.array([-0.5, 0.5], np.float32)

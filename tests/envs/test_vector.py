@@ -158,18 +158,11 @@ def test_a_bad_seed_is_refused_and_changes_nothing(seed):
     assert_array_equal(block.reset()[0], twin.reset()[0])
 
 
-@pytest.mark.parametrize(
-    ("actions", "says"),
-    [
-        ([[0.0, 0.0], [1.5, 0.0], [0.0, 0.0]], "epuck_0 of world 1: wheels.left=1.5: must be from"),
-        (None, r"must be \(3, 2\), one for each world"),
-        (np.zeros(6), r"must be \(3, 2\), one for each world"),
-    ],
-)
-def test_a_bad_action_is_refused_by_world_and_robot(actions, says):
+@pytest.mark.parametrize("actions", [None, np.zeros(6)])
+def test_actions_of_another_shape_are_refused(actions):
     block = in_one_block(SINGLE)
     block.reset(seed=1)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=r"must be \(3, 2\), one for each world"):
         block.step(actions)
 
 
