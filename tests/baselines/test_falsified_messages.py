@@ -124,3 +124,16 @@ def test_conspirators_tell_one_place_in_the_arena(controller):
     assert len(fresh) > 20
     assert np.hypot(*(places[0] - scenario.areas[0])) >= 0.31
     assert min(p for _, p in lies) == 0.0
+
+
+@pytest.mark.parametrize("controller", ["nc", "ssgiff", "dsgikf", "covariance"])
+def test_liars_believe_what_they_believed(controller):
+    """Of robots that nobody hears, a lie changes nothing."""
+    ends = []
+    for share in (0.0, 1.0):
+        numbers = {"faults.liar.share": share, "faults.mute.share": 1.0}
+        loop = Loop(find_scenario("es1", numbers), find_controller(controller), [2], "kinematic")
+        for _ in range(100):
+            loop.step()
+        ends.append(loop.controller.minds["estimator"]["belief"]["location"].copy())
+    np.testing.assert_array_equal(*ends)
