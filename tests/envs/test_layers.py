@@ -19,7 +19,7 @@ from swarm_forage_env.loop import Loop
 from tests.commands import parallel_env
 from tests.outside import OutsideMotion, motion_inputs, shown_records
 
-TICKS = 1500
+TICKS = 3000
 SEED = 7
 
 
