@@ -6,7 +6,6 @@ import warnings
 import numpy as np
 import pytest
 
-import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.controllers import OLD_NAMES
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import Message

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
-import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.estimators.covariance_intersection import (
     IntersectionMind,
     fuse,
