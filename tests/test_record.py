@@ -5,12 +5,7 @@ import pytest
 
 from swarm_forage_env.arrays import Array, Float64, Int8
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.record import (
-    Record,
-    field,
-    one_record,
-    record_dtype,
-)
+from swarm_forage_env.record import Record, field, one_record, record_dtype
 from tests.columns import check_same_bits, columns
 
 

@@ -6,7 +6,6 @@ import warnings
 import numpy as np
 import pytest
 
-import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.controllers import OLD_NAMES
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import Message
@@ -127,8 +126,7 @@ MOST = {"overshoot": math.nextafter(1.0, 2.0)}
 
 
 @pytest.mark.parametrize(
-    "name",
-    [name for name, value in ReputationOdometryParameters() if type(value) is float],
+    "name", [name for name, value in ReputationOdometryParameters() if type(value) is float]
 )
 def test_a_length_or_time_is_not_negative_and_some_are_bounded(name):
     made = ReputationOdometryParameters()

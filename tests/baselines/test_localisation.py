@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
-import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.estimators.covariance_intersection import (
     IntersectionMind,
     fuse,
@@ -27,10 +26,7 @@ from baselines.estimators.decentralised_ekf import (
     propagate_factors,
 )
 from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
-from baselines.estimators.small_matrices import (
-    inverse3,
-    spectral_norm3,
-)
+from baselines.estimators.small_matrices import inverse3, spectral_norm3
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.record import one_record, rows

@@ -132,8 +132,7 @@ def test_who_knows_both_areas_tells_of_none_of_which_it_is_too_unsure(believers)
 
 
 @pytest.mark.parametrize(
-    ("own_p", "area", "stops"),
-    [(2.9, "nest", False), (3.0, "nest", True), (1.0, "prey", True)],
+    ("own_p", "area", "stops"), [(2.9, "nest", False), (3.0, "nest", True), (1.0, "prey", True)]
 )
 def test_who_is_sure_does_not_stop_for_what_it_knows(believers, message, own_p, area, stops):
     swarm = believers(2, double=True, listens_above=3.0)

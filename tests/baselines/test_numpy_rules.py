@@ -43,15 +43,14 @@ EACH_WAY = COMPILED, replace(COMPILED, **MOVES), WEIGHS_IN_NUMPY, replace(WEIGHS
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-@pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize(
     "rules",
     [WEIGHS_IN_NUMPY, MixedController(tuple(EACH_WAY[robot % 4] for robot in range(10)))],
     ids=["all", "some"],
 )
-def test_rules_in_numpy_are_the_compiled_ones_bit_for_bit(busy, physics, threads, rules):
+def test_rules_in_numpy_are_the_compiled_ones_bit_for_bit(busy, physics, rules):
     one, other = (
-        Loop(busy, controller, [0, 1, 2], physics, threads) for controller in (COMPILED, rules)
+        Loop(busy, controller, [0, 1, 2], physics, threads=2) for controller in (COMPILED, rules)
     )
     for loop in (one, other):
         loop.world.robots["action"]["motion"][:, 3] = CORRECT

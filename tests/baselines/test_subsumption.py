@@ -5,12 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from baselines.motion.subsumption import (
-    KEEP_RIGHT,
-    SubsumptionParameters,
-    obstacle,
-    way_round,
-)
+from baselines.motion.subsumption import KEEP_RIGHT, SubsumptionParameters, obstacle, way_round
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.foraging.records import Situation

@@ -19,11 +19,11 @@ runpy.run_module("training.cli", run_name="__main__")
 """
 
 MISSING = {
-    "typer rich scipy pyarrow joblib matplotlib": (
+    "typer matplotlib": (
         "evaluate", "evaluate es1 nc --episodes=1 --set=task.duration=1 --physics=kinematic"
         " --plot=x.png --workers=1",
     ),
-    "pygame imageio_ffmpeg": ("render", "watch es1 nc --set=task.duration=1 --video=x.mp4"),
+    "pygame": ("render", "watch es1 nc --set=task.duration=1 --video=x.mp4"),
     "ray": ("ray", "evaluate es1 nc --backend=ray"),
     "cmaes": ("train", "train weighting es1"),
     "safetensors": ("train", "evaluate es1 learned-weighting --episodes=1"),

@@ -21,34 +21,31 @@ def ran(*words, cwd, **more):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_package_runs_as_it_stands(command, tmp_path, monkeypatch, kind):
+def test_a_package_runs_as_it_stands_and_its_readme_s_command_once_it_is_installed(
+    command, tmp_path, monkeypatch, kind
+):
     monkeypatch.chdir(tmp_path)
-    status, stdout, stderr = command("new", kind, "own_part")
+    asked, folder = ("new", kind, "own_part", "--out=my part"), tmp_path / "my part"
+    status, stdout, stderr = command(*asked)
     assert (status, stderr) == (0, "")
-    folder = tmp_path / "own_part"
     assert stdout == (
-        f"wrote own_part: {', '.join(package_files(kind, 'own_part'))}\n"
-        "test it: cd own_part && python -m pytest\n"
+        f"wrote my part: {', '.join(package_files(kind, 'own_part'))}\n"
+        "test it: cd 'my part' && python -m pytest\n"
     )
     checked = sys.executable, "-m", "ruff", "check", "--isolated", "--line-length=100"
     ran(*checked, "--select=E,F,W,UP,N", ".", cwd=folder)
     assert "passed" in ran(
         sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder
     )
-    status, _, stderr = command("new", kind, "own_part")
+    status, _, stderr = command(*asked)
     assert (status, "is there already" in stderr) == (2, True), "nothing is overwritten"
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_its_readme_s_command_works_once_it_is_installed(command, tmp_path, monkeypatch, kind):
-    monkeypatch.chdir(tmp_path)
-    assert "cd 'my part' && python" in command("new", kind, "own_part", "--out=my part")[1]
     there = tmp_path / "installed"
     install = "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps"
     ran(sys.executable, *install, f"--target={there}", "./my part", cwd=tmp_path)
-    readme = (tmp_path / "my part" / "README.md").read_text()
     (line,) = (
-        each for each in readme.splitlines() if "swarm-forage evaluate" in each or " -c " in each
+        each
+        for each in (folder / "README.md").read_text().splitlines()
+        if "swarm-forage evaluate" in each or " -c " in each
     )
     line = line.replace("swarm-forage ", f"{sys.executable} -m training.cli ", 1)
     line = line.replace("python -c", f"{sys.executable} -c").replace("--episodes 5", "--episodes 1")

@@ -33,5 +33,5 @@ def test_the_swarm_does_on_a_gpu_what_it_did_on_a_cpu(name):
 
 @pytest.mark.cuda
 def test_the_swarm_begins_on_the_grid_as_it_did_on_a_cpu():
-    assert run(SCRIPT, "es1-busy/kinematic/ssgikf") == "[]\n"
-    assert run(SCRIPT, "es1-faulty/kinematic/learned-both") == "[]\n"
+    assert run(SCRIPT, "es1-busy/kinematic/ssgikf") == "[]"
+    assert run(SCRIPT, "es1-faulty/kinematic/learned-both") == "[]"

@@ -1,15 +1,10 @@
 """The grid in numba's simulator of a GPU, functions as plain Python: the same bits as on a CPU."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
-pytestmark = pytest.mark.cuda
+from tests.scripts import run_python
 
-ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.cuda
 
 START = """
 import sys
@@ -230,17 +225,8 @@ print(found["bytes_per_robot_step"])
 
 def run(script, *arguments):
     """What a script prints that runs in the simulator."""
-    environment = {
-        **os.environ, "NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1",
-        "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "",
-    }  # fmt: skip
-    done = subprocess.run(
-        [sys.executable, "-c", script, *map(str, arguments)],
-        env=environment, capture_output=True, text=True, check=False, cwd=ROOT,
-        timeout=500,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    simulated = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": ""}
+    return run_python("-c", script, *arguments, **simulated)
 
 
 @pytest.mark.parametrize("controller", ["ssgikf", "covariance", "learned-sceptical"])
@@ -281,11 +267,11 @@ def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
     ],
 )
 def test_worlds_that_have_exchanged_stand_still_until_all_others_have(reach, told):
-    assert run(EXCHANGES, reach).strip() == told
+    assert run(EXCHANGES, reach) == told
 
 
 def test_worlds_that_no_cpu_has_made_are_those_of_their_seeds():
-    assert run(BLANK) == "7 (7, 3, 3) True\n"
+    assert run(BLANK) == "7 (7, 3, 3) True"
 
 
 def test_worlds_with_obstacles_and_faults_are_those_of_a_cpu():

@@ -95,7 +95,7 @@ def test_a_bad_reset_is_refused_and_changes_nothing(arguments, says):
     env, twin = begun(2), begun(2)
     with pytest.raises(ConfigError, match=says):
         env.reset(**arguments)
-    assert_same(run(env, 5), run(twin, 5))
+    assert_same(run(env, 13), run(twin, 13))  # into the next episodes
 
 
 def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
@@ -125,6 +125,7 @@ def test_numbers_are_drawn_anew_for_each_world_and_episode():
     alone = begun(1, seed=1, **{name: first[name][1] for name in ranges})
     straight = np.full((3, 4, 2), 0.3, np.float32)
     assert_array_equal(env.step(straight)[0][1], alone.step(straight[:1])[0][0])
+    assert_same(second.values(), env.reset()[1].values())
 
 
 @pytest.mark.parametrize("normalise", [True, False])

@@ -65,7 +65,6 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
         (["ssgikf"] * 9, "9 controllers given for the 10 robots of 'es1': must be one for each"),
         ([], "0 controllers given for the 10 robots"),
         ({"epuck_0": "oracle-weighting"}, "no controller named 'oracle-weighting'|ground truth"),
-        *(({2: each}, "knows the ground truth") for each in ORACLES),
         *(([each] * 10, "knows the ground truth") for each in ORACLES),
         ({"epuck_0": "nc", 0: "nc"}, "robot 0 is given twice, by name and by number"),
         ({"epuck_0": None}, "controller=None: must be a name or a controller"),
@@ -103,20 +102,6 @@ def test_where_all_robots_learn_everything_there_is_no_mixture():
     for learners, controller in ((None, "dsgiff"), (10, {0: "nc"})):
         with pytest.raises(ConfigError, match="none runs where learn='everything' and all"):
             parallel_env("es1", learn="everything", learners=learners, controller=controller)
-
-
-def test_hand_written_robots_go_on_as_if_a_learner_of_everything_were_silent(busy):
-    """They hear where it is and no more, so what it says makes no difference to them."""
-    options = {"learn": "everything", "learners": 1, "physics": "kinematic"}
-    envs = [parallel_env(busy, **options) for _ in range(2)]
-    poses = []
-    for env, word in zip(envs, (0.0, 1.0), strict=True):
-        env.reset(seed=3)
-        action = np.array([0.5, 0.1, 1.0, *[word] * 12], np.float32)
-        for _ in range(300):
-            env.step({"epuck_0": action})
-        poses.append(env.world.robots["pose"].copy())
-    assert_array_equal(*poses)
 
 
 def test_some_robots_learn_a_correction_and_the_others_go_by_their_motion(busy):

@@ -5,20 +5,7 @@ import importlib.util
 import pytest
 
 from swarm_forage_env import ConfigError, array_env
-from swarm_forage_env.spaces import Feature
-
-
-class Heading:
-    """An observation of the user's own, in NumPy."""
-
-    def features(self, scenario, agents):
-        """One number."""
-        return [Feature("heading", "rad", -4.0, 4.0)]
-
-    def write(self, moment, out):
-        """From the true pose."""
-        out[:, :, 0] = moment.robots["pose"][:, :, 2]
-
+from tests.envs.test_observations import Compass
 
 GPU = {"device": "cuda", "physics": "kinematic"}
 
@@ -28,7 +15,7 @@ GPU = {"device": "cuda", "physics": "kinematic"}
     [
         ({"device": "tpu"}, "device='tpu': must be 'cpu' or 'cuda'"),
         ({"device": "cuda", "physics": "rigid"}, "engine rigid runs on a CPU only"),
-        ({**GPU, "observation": ["layer", Heading]}, "observation: Heading is written in NumPy"),
+        ({**GPU, "observation": ["layer", Compass]}, "observation: Compass is written in NumPy"),
         ({**GPU, "reward": lambda before, after, events: events["trip"]}, "reward=.*CPU only"),
         ({**GPU, "scenario": "waypoints-05"}, "the task waypoints runs on a CPU only"),
         ({**GPU, "controller": "boids-goal"}, "'boids-goal' runs on a CPU only"),

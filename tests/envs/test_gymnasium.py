@@ -1,12 +1,10 @@
 """Gymnasium's single environments: one learner among team-mates, all in one Box, all in a Tuple."""
 
-import warnings
 from itertools import product
 
 import gymnasium as gym
 import numpy as np
 import pytest
-import torch
 from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box, Discrete
 from gymnasium.utils.env_checker import check_env
@@ -37,12 +35,9 @@ def test_every_scenario_has_its_ids():
 @pytest.mark.parametrize("name", NAMES.values())
 def test_gymnasium_accepts_the_single_learner_and_the_joint_env(name, kind):
     check_env(gym.make(f"SwarmForage/{name}{kind}-v2").unwrapped)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=".*Box observation space m.*infinity")
-        check_env(gym.make(f"Commands/{name}{kind}-v0").unwrapped)
 
 
-@pytest.mark.parametrize("name", NAMES.values())
+@pytest.mark.parametrize("name", ["ES1", "Waypoints-05"])
 def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
     env = gym.make(f"SwarmForage/{name}-Tuple-v2")
     with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as told:
@@ -133,27 +128,12 @@ def test_an_episode_ends_by_itself_without_a_time_limit_around_it():
         env = env.env
 
 
-def test_no_step_before_the_first_reset_nor_after_the_end():
-    env = gym.make(JOINT, max_cycles=1, **FEW).unwrapped
-    action = env.action_space.sample()
-    with pytest.raises(ResetNeeded, match=r"has not begun: call reset\(\) first"):
-        env.step(action)
-    env.reset(seed=0)
-    assert env.step(action)[3]
-    with pytest.raises(ResetNeeded, match="after the end, at 1 cycles"):
-        env.step(action)
-    env.reset()
-    env.step(action)
-
-
 @pytest.mark.parametrize(
     ("made", "action", "says"),
     [
         (SINGLE, [0.0], r"of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right"),
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
         (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
-        (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
-        (JOINT, torch.zeros(6, requires_grad=True), r"requires grad.* give numbers of float32"),
         (TUPLE, (0, 4, 9), r"epuck_2: .*9.*: must be a whole number from 0 to 8"),
         (TUPLE, [True] * 3, r"epuck_0: .*: must be a whole number from 0 to 8"),
     ],

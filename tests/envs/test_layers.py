@@ -14,7 +14,6 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from tests.commands import parallel_env
@@ -107,26 +106,3 @@ def test_both_layers_and_residuals_of_zero_from_outside_are_those_inside(learn, 
 
     _, exchanges = assert_same_run(learn, busy, recipe, decide, residual=residual)
     assert exchanges > 100
-
-
-@pytest.mark.parametrize(
-    ("learn", "residual", "period"),
-    [*product(LEARNABLE, [False], [2, 5]), *product(FORAGING.residuals, [True], [2, 5])],
-)
-def test_a_held_action_is_the_same_action_given_at_every_tick(learn, residual, period, sampler):
-    held = parallel_env(learn=learn, residual=residual, decision_period=period)
-    fine = parallel_env(learn=learn, residual=residual)
-    held.reset(seed=3)
-    fine.reset(seed=3)
-    act = sampler(held, 5)
-    for _ in range(40):
-        actions = act()
-        slow = held.step(actions)
-        rewards = dict.fromkeys(fine.agents, 0.0)
-        for _ in range(period):
-            fast = fine.step(actions)
-            rewards = {agent: rewards[agent] + fast[1][agent] for agent in rewards}
-        for agent, observation in slow[0].items():
-            assert_array_equal(observation, fast[0][agent])
-        assert slow[1] == rewards
-        assert slow[4] == fast[4]

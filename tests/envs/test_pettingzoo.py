@@ -37,7 +37,6 @@ def test_pettingzoo_accepts_every_layer(learn):
 @pytest.mark.parametrize("scenario", NAMES)
 def test_pettingzoo_accepts_every_id(scenario):
     parallel_api_test(made("parallel", scenario, max_cycles=20), num_cycles=30)
-    api_test(made("aec", scenario, max_cycles=2, **{"n_robots": 3}), num_cycles=20)
 
 
 def test_an_episode_lasts_the_scenario_time():
@@ -78,3 +77,10 @@ def test_a_pettingzoo_without_registry_is_let_be(monkeypatch):
     before = dict(pettingzoo.parallel_registry)
     register_with_pettingzoo()
     assert pettingzoo.parallel_registry == before
+
+
+def test_without_any_seed_every_environment_is_another():
+    one, other = parallel_env(), parallel_env()
+    one.reset()
+    other.reset()
+    assert (one.state() != other.state()).any()

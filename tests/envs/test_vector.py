@@ -136,7 +136,6 @@ def test_a_block_is_made_again_from_its_spec_and_says_how_episodes_follow(mode):
     [
         ({"num_envs": 0}, "num_envs=0: must be a whole number, at least 1"),
         ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
-        ({"max_episode_steps": 2.5}, r"max_episode_steps=2\.5: must be"),
         ({"max_episode_steps": 5, **EXCHANGES}, "max_episode_steps=5: under .* give max_cycles"),
         ({"num_envs": 2, "stagger": True}, "stagger=True: worlds end .*='Disabled'"),
         ({"num_envs": 2, **EXCHANGES}, "step_on='exchange': worlds end at .*='sync'"),
@@ -159,18 +158,11 @@ def test_a_bad_seed_is_refused_and_changes_nothing(seed):
     assert_array_equal(block.reset()[0], twin.reset()[0])
 
 
-@pytest.mark.parametrize(
-    ("actions", "says"),
-    [
-        ([[0.0, 0.0], [1.5, 0.0], [0.0, 0.0]], "epuck_0 of world 1: wheels.left=1.5: must be from"),
-        (None, r"must be \(3, 2\), one for each world"),
-        (np.zeros(6), r"must be \(3, 2\), one for each world"),
-    ],
-)
-def test_a_bad_action_is_refused_by_world_and_robot(actions, says):
+@pytest.mark.parametrize("actions", [None, np.zeros(6)])
+def test_actions_of_another_shape_are_refused(actions):
     block = in_one_block(SINGLE)
     block.reset(seed=1)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=r"must be \(3, 2\), one for each world"):
         block.step(actions)
 
 

@@ -5,7 +5,6 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from pettingzoo.test import parallel_api_test
 
 from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS as ESTIMATOR_PARTS
@@ -25,11 +24,6 @@ SETTINGS = ("authors", "corrected")
 GAINS = ("goal", "static", "adaptive")
 
 
-@pytest.mark.parametrize("learn", LEARNABLE)
-def test_pettingzoo_accepts_agents_in_parallel(learn):
-    parallel_api_test(parallel_env("waypoints-05", learn=learn), num_cycles=250)
-
-
 BELIEVED = [
     f"boids-adaptive:estimator={estimator},setting={setting}"
     for estimator, setting in product(ESTIMATORS, SETTINGS)
@@ -39,15 +33,15 @@ BELIEVED = [
 @pytest.mark.parametrize(
     ("scenario", "learn", "controller"),
     [
-        *product(("waypoints-10", "waypoints-25-authors"), LEARNABLE, [None]),
+        *product(("waypoints-10", "waypoints-05-authors"), LEARNABLE, [None]),
         *product(["waypoints-10"], ["both"], BELIEVED),
     ],
 )
 def test_what_is_observed_and_believed_is_inside_the_space(scenario, learn, controller, sampler):
-    env = parallel_env(scenario, learn=learn, controller=controller, max_cycles=300)
+    env = parallel_env(scenario, learn=learn, controller=controller, max_cycles=150)
     observations, _ = env.reset(seed=SEED)
     act = sampler(env, SEED)
-    for _ in range(300):
+    for _ in range(150):
         for agent, observation in observations.items():
             assert env.observation_space(agent).contains(observation)
         assert env.state_space.contains(env.state())
@@ -77,7 +71,7 @@ def weighting_of(recipe):
 @pytest.mark.parametrize(
     ("learn", "gains", "estimator", "setting"),
     [
-        *product(["motion"], GAINS, ESTIMATORS[1:], SETTINGS),
+        *product(["motion"], GAINS, ESTIMATORS[2:], SETTINGS[1:]),
         *product(["both"], ["adaptive"], ESTIMATORS, SETTINGS),
     ],
 )
@@ -96,20 +90,6 @@ def test_no_weight_is_another_run_than_the_full_one():
     recipe = inside("adaptive", "decentralised_ekf", "corrected")
     with pytest.raises(AssertionError, match="they part at tick"):
         corrections("weighting", recipe, lambda seen: np.zeros((10, 1), np.float32))
-
-
-def test_infos_count_claims_and_measure_the_belief_against_the_truth():
-    env = parallel_env("waypoints-05", learn="weighting")
-    env.reset(seed=SEED)
-    while env.agents:
-        *_, infos = env.step(dict.fromkeys(env.agents, np.ones(1, np.float32)))
-    logs, state = list(infos.values()), env.world.state
-    believed = rows(env.array_env.loop.controller.minds["estimator"]["belief"]).pose
-    assert [log["goals"] for log in logs] == state.right.tolist()
-    assert [log["false_goals"] for log in logs] == state.wrong.tolist()
-    assert state.right.sum() > 0
-    off = np.linalg.norm(believed[:, :2] - state.pose[:, :2], axis=1)
-    np.testing.assert_allclose([log["position_error_m"] for log in logs], off)
 
 
 def test_a_learner_of_everything_is_heard_by_those_who_see_it():

@@ -33,9 +33,8 @@ def case():
     return replace(all_cases()[0], warm_up=20)
 
 
-@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
-def test_the_stages_make_up_the_tick(case, physics):
-    shares = stage_shares(case, physics, quick=True)
+def test_the_stages_make_up_the_tick(case):
+    shares = stage_shares(case, "rigid", quick=True)
     assert tuple(shares) == SHARES
     assert sum(shares.values()) == pytest.approx(1.0, abs=1e-3)
     for stage in ("decide", "engine", "tick", "observe"):

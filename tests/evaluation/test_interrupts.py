@@ -129,8 +129,9 @@ def n_files(out):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="process groups")
-@pytest.mark.parametrize("workers", [1, 2])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("number", "workers"), [(signal.SIGINT, 1), (signal.SIGINT, 2), (signal.SIGTERM, 2)]
+)
 def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(
     interruptible, tmp_path, number, workers
 ):

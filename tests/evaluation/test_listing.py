@@ -51,11 +51,7 @@ def test_every_number_has_a_meaning(name):
 def test_a_controller_is_told_with_the_parameters_asked_for():
     assert parameters("ssgiff:beta=0.02")["weighting.beta"]["value"] == 0.02
     layers = listing.describe("ssgiff")["layers"]
-    assert layers == {
-        "estimator": "social_odometry",
-        "weighting": "sgiff",
-        "motion": "subsumption",
-    }
+    assert layers == {"estimator": "social_odometry", "weighting": "sgiff", "motion": "subsumption"}
 
 
 def test_a_layer_is_told_with_the_parameters_asked_for(command):

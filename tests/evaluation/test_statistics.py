@@ -139,8 +139,7 @@ def test_the_interval_of_a_profile_is_that_of_a_share_drawn_within_each_task():
 
 
 @pytest.mark.parametrize(
-    ("values", "base"),
-    [([0.5, 0.75, 0.5, 0.7], [1.0] * 4), ([1.0] * 4, [0.5, 0.75, 0.5, 0.7])],
+    ("values", "base"), [([0.5, 0.75, 0.5, 0.7], [1.0] * 4), ([1.0] * 4, [0.5, 0.75, 0.5, 0.7])]
 )
 def test_a_ratio_has_an_interval_though_its_samples_vary_by_less_than_one(values, base):
     ratio = compare(values, base).ratio

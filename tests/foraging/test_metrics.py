@@ -3,10 +3,7 @@
 import numpy as np
 
 from swarm_forage_env.foraging.episode import LocalisationErrorMeter
-from swarm_forage_env.foraging.metrics import (
-    knows_both_areas_share,
-    recruited_at,
-)
+from swarm_forage_env.foraging.metrics import knows_both_areas_share, recruited_at
 from tests.beliefs import localisation_error
 
 

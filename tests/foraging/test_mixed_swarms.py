@@ -52,9 +52,8 @@ def companies():
 
 
 @pytest.mark.parametrize("swarm", companies().values(), ids=companies())
-@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
-def test_a_mixed_world_in_a_block_is_the_world_alone(swarm, physics):
-    check_each_is_itself(busy(), swarm, [1, 2, 3], physics, 150)
+def test_a_mixed_world_in_a_block_is_the_world_alone(swarm):
+    check_each_is_itself(busy(), swarm, [1, 2, 3], "kinematic", 150)
 
 
 def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():

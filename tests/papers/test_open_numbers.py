@@ -108,6 +108,7 @@ def test_a_search_goes_on_where_it_was_and_takes_only_near_sets_further(monkeypa
         ]
 
     monkeypatch.setattr(open_search, "measure", measure)
+    monkeypatch.setattr(open_search, "CANDIDATES", 2_000)
     for n in (FIRST, FIRST + BATCH, FIRST + 2 * BATCH):
         open_search.search(tmp_path / "parts.parquet", n, seed=3)
     open_search.search(tmp_path / "whole.parquet", FIRST + 2 * BATCH, seed=3)

@@ -29,9 +29,5 @@ def scenes_of(loop, ticks):
 def scene_of(pose, **changes):
     """Robots that explore without beliefs or messages, after a minute."""
     n = len(pose)
-    usual = {
-        "time": 60.0,
-        "pose": np.array(pose, float),
-        "messages": np.zeros((0, 2), np.int32),
-    }
+    usual = {"time": 60.0, "pose": np.array(pose, float), "messages": np.zeros((0, 2), np.int32)}
     return Scene(**without_beliefs(n) | usual | changes)

@@ -13,12 +13,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
 from training.dagger import HIDDEN, DAggerTraining, WeightingActor, train
-from training.exchanges import (
-    UNKNOWN_ERROR,
-    Exchanges,
-    error_of_copying,
-    record_exchanges,
-)
+from training.exchanges import UNKNOWN_ERROR, Exchanges, error_of_copying, record_exchanges
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
     REPUTATION_NETWORK,

@@ -13,12 +13,7 @@ from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training import transitions
-from training.ladder import (
-    benchmark,
-    cleanrl_trainer,
-    figures,
-    trainers,
-)
+from training.ladder import benchmark, cleanrl_trainer, figures, trainers
 from training.ladder.play import POINTS, Watch, play, random_actions
 from training.ladder.rungs import (
     RANDOM,
@@ -29,16 +24,7 @@ from training.ladder.rungs import (
     read_rungs,
     write_scores,
 )
-from training.ladder.runs import (
-    Job,
-    Run,
-    add_run,
-    current,
-    find,
-    marl_eval,
-    read_runs,
-    write_runs,
-)
+from training.ladder.runs import Job, Run, add_run, current, find, marl_eval, read_runs, write_runs
 
 TINY = {"scenario": "near", "learn": "motion", "physics": "kinematic", "decision_period": 10,
         "discount": 0.9, "task.n_robots": 3, "task.duration": 20.0}  # fmt: skip

@@ -7,13 +7,7 @@ import pytest
 
 from training.ladder import figures, page
 from training.ladder.figures import TAUS
-from training.ladder.rungs import (
-    RANDOM,
-    Card,
-    Rung,
-    Score,
-    read_algorithms,
-)
+from training.ladder.rungs import RANDOM, Card, Rung, Score, read_algorithms
 from training.ladder.runs import Job, Run
 
 CARD = Card(

@@ -96,6 +96,7 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
     record = ppo.controller_of(experiment.out / BEST_POLICY).policy.card().training
     assert [point.round_trips["es1"].mean for point in record.curve] == [5.5, 6.5, 9.0, 9.0]
     assert record.score["es1"].mean == 9.0
+    assert record.curve[0].value == pytest.approx(np.log1p(5.5))
     best = weights(experiment.out, BEST_POLICY)
     np.testing.assert_equal(best, latest[2])
     for other in (latest[1], latest[3]):

@@ -53,7 +53,6 @@ def network(tmp_path):
         ("es1", "learned-both", "rigid", 3),
         ("es1", "random", "kinematic", 3),
         ("es1", "network", "kinematic", 3),
-        ("near", "ssgiff:beta=0.02", "rigid", 2),
         ("aggregation", "gather", "rigid", 2),
         ("waypoints-05", "boids-goal", "kinematic", 2),
     ],

@@ -125,12 +125,11 @@ def test_frames_are_those_of_the_worlds():
         make().render()
 
 
-@pytest.mark.parametrize("value", [1.5, np.nan, -np.inf])
-def test_an_action_out_of_bounds_is_refused_with_its_robot_and_slot(value):
+def test_an_action_out_of_bounds_is_refused_with_its_robot_and_slot():
     env, other = make(), make()
     assert_array_equal(env.reset(), other.reset())
     actions = some(env)
-    actions[5, 1] = value
+    actions[5, 1] = 1.5
     with pytest.raises(ConfigError, match=r"action of epuck_1 of world 1: drive\.turn="):
         env.step(actions)
     assert_array_equal(env.step(some(env))[0], other.step(some(other))[0])

@@ -10,20 +10,9 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.equations.random_draws import normal
 from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
-from swarm_forage_env.waypoints.records import (
-    GOAL,
-    LIDAR,
-    RobotState,
-    Sighting,
-    WorldState,
-)
+from swarm_forage_env.waypoints.records import GOAL, LIDAR, RobotState, Sighting, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
-from swarm_forage_env.waypoints.tick import (
-    judge_claim,
-    limited,
-    tick_world,
-    turn_then_go,
-)
+from swarm_forage_env.waypoints.tick import judge_claim, limited, tick_world, turn_then_go
 from swarm_forage_env.waypoints.world import write_numbers
 
 

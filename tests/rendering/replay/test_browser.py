@@ -18,10 +18,7 @@ from swarm_forage_env.task import stage_of
 from tests.chromium import CHROMIUM, MISSING, launched_browser  # noqa: F401 the fixture browser
 from tests.rendering.scenes import AREAS, CORNERS, OBSTACLES, scenes_of
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason=MISSING),
-]
+pytestmark = [pytest.mark.browser, pytest.mark.skipif(CHROMIUM is None, reason=MISSING)]
 DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 COLOURS = "#882255", "#bbbbbb"
 """Of two controllers: one is dark, the other is light."""
