@@ -234,7 +234,7 @@ def compare(options: Options, agent: Agent) -> dict[str, float]:
         return rng.uniform(-1.0, 1.0, (len(observed), n_actions)).astype(np.float32)
 
     @torch.no_grad()
-    def by_chance(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+    def stochastic(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         drawn: NDArray[np.float32] = agent.act(torch.from_numpy(observed)).sample().numpy()
         return drawn
 
@@ -243,7 +243,7 @@ def compare(options: Options, agent: Agent) -> dict[str, float]:
         "random": policy_controller(wander, **terms),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": find_controller(f"torchscript:{options.out}/policy.pt"),
-        "the same, stochastic": policy_controller(by_chance, **terms),
+        "the same, stochastic": policy_controller(stochastic, **terms),
     }
     found = {}
     for name, controller in controllers.items():

@@ -108,7 +108,7 @@ def compare(module: RLModule, episodes: int) -> dict[str, float]:
         mean, _ = gaussian(observed)
         return mean
 
-    def by_chance(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+    def stochastic(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         mean, deviation = gaussian(observed)
         return rng.normal(mean, deviation).astype(np.float32)
 
@@ -116,7 +116,7 @@ def compare(module: RLModule, episodes: int) -> dict[str, float]:
         "random": policy_controller(wander, decision_period=PERIOD),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": policy_controller(steer, decision_period=PERIOD),
-        "the same, stochastic": policy_controller(by_chance, decision_period=PERIOD),
+        "the same, stochastic": policy_controller(stochastic, decision_period=PERIOD),
     }
     found = {}
     for name, controller in controllers.items():

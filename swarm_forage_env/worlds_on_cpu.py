@@ -89,11 +89,11 @@ class WorldsOnCpu:
 
     @property
     def arrays(self) -> Mapping[str, Array]:
-        """Records by name: `robots`, `worlds`, `minds` (state of the estimators), `earned`."""
+        """Records by name: `robots`, `worlds`, `minds` (state of the estimators), `rewards`."""
         block, estimators = self._block, self.estimators
         minds = self._minds if estimators is None else estimators
         records = {"robots": block.robots, "worlds": block.worlds, "minds": minds}
-        return {**records, "earned": block.earned}
+        return {**records, "rewards": block.rewards}
 
     @property
     def estimators(self) -> Array | None:

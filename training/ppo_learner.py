@@ -228,7 +228,7 @@ class PPOLearner:
         self.diagnostics: dict[str, float] = {}
         """Scalars of the last update of the first policy; `all_diagnostics` are of each policy."""
         self.all_diagnostics = [self.diagnostics]
-        self._chances = [torch.Generator(device) for _ in policies]
+        self._generators = [torch.Generator(device) for _ in policies]
         self._observations: Tensor | None = None
         self._k = torch.zeros(1, dtype=torch.int64, device=device)
         self._states = torch.zeros((env.n_rows, self.policy.n_state), device=device)
@@ -254,8 +254,8 @@ class PPOLearner:
         if seed is not None or self._observations is None:
             first, n = seed or 0, len(self.policies)
             seeds = first if isinstance(first, Sequence) else range(first, first + n)
-            for chance, own in zip(self._chances, seeds, strict=True):
-                chance.manual_seed(own)
+            for generator, own in zip(self._generators, seeds, strict=True):
+                generator.manual_seed(own)
             self.env.seed(*seeds)
             self._observations = self.env.reset()
             self._states.zero_()
@@ -294,11 +294,11 @@ class PPOLearner:
         rollout = self._rollout
         rollout.observations[0], rollout.states[...] = observations, self._states
         parts = rollout.noise.tensor_split(len(self.policies), 1)
-        for part, chance in zip(parts, self._chances, strict=True):
-            part.copy_(torch.randn(part.shape, generator=chance, device=part.device))
+        for part, generator in zip(parts, self._generators, strict=True):
+            part.copy_(torch.randn(part.shape, generator=generator, device=part.device))
         self._k.zero_()
         repeated = self._repeated
-        with repeated.aside() if repeated else nullcontext():
+        with repeated.in_stream() if repeated else nullcontext():
             for _ in range(self.n_steps):
                 (repeated or self._decide)()
             rollout.values[-1] = self._values(rollout.observations[-1])
@@ -322,14 +322,14 @@ class PPOLearner:
         step = env.launch(clamped) if self._repeated else env.step(clamped)
         if self.policy.n_state:
             self._states.copy_(seen)
-        rewards = step.rewards + self._what_follows(step)
+        rewards = step.rewards + self._bootstrap(step)
         rows = actions, log_probs.flatten(), values.flatten(), rewards, step.ended.float()
         places = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends
         for there, here in zip(places, rows, strict=True):
             there.index_copy_(0, k, here[None])
         rollout.observations.index_copy_(0, k.add_(1), step.observations[None])
 
-    def _what_follows(self, step: Step) -> Tensor | float:
+    def _bootstrap(self, step: Step) -> Tensor | float:
         """Return discounted values of last observations where episodes end, and reset states there.
 
         On a GPU the values are always computed: a test whether episodes end would wait for the GPU.
@@ -401,14 +401,14 @@ class PPOLearner:
     def _take_epoch(self, groups: Tensor, counts: Tensor | None) -> Losses:
         """Run an epoch on groups of decisions, which are shuffled for each policy."""
         n, device = groups.shape[1], groups.device
-        drawn = [torch.randperm(n, generator=each, device=device) for each in self._chances]
+        drawn = [torch.randperm(n, generator=each, device=device) for each in self._generators]
         order = torch.stack(drawn)
         shuffled = groups.gather(1, order[..., None].expand_as(groups))
         if counts is not None:
             acts = counts.gather(1, order)
             return self._epoch(shuffled[acts][None], shuffled[~acts][None])
         repeated = self._repeated_epoch
-        with repeated.aside() if repeated else nullcontext():
+        with repeated.in_stream() if repeated else nullcontext():
             return (repeated or self._epoch)(shuffled, shuffled[:, :0])
 
     def _epoch(self, acting: Tensor, others: Tensor) -> Losses:

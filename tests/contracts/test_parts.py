@@ -119,11 +119,11 @@ def recorded():
 
     def run(name):
         loop = running(name)
-        told = [loop.world.robots.copy()]
+        before = [loop.world.robots.copy()]
         for _ in range(1200):
             loop.step()
-            told.append(loop.world.robots.copy())
-        return told
+            before.append(loop.world.robots.copy())
+        return before
 
     kept = {}
     return lambda name: kept.setdefault(name, run(name))

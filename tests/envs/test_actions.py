@@ -64,10 +64,10 @@ def test_a_robot_says_nothing_or_one_of_four_words():
     env = ArrayEnv("es1", 1, learn="everything", discrete=True, **FEW)
     env.reset(0)
     env.step(np.array([[0, 1, 4]]))
-    said = env.loop.controller.minds
-    assert_array_equal(said["speak"][0], [-1.0, 1.0, 1.0])
-    assert_array_equal(said["words"][0].argmax(axis=1), [0, 0, 3])
-    assert_array_equal(said["words"][0].sum(axis=1), [0.0, 1.0, 1.0])
+    minds = env.loop.controller.minds
+    assert_array_equal(minds["speak"][0], [-1.0, 1.0, 1.0])
+    assert_array_equal(minds["words"][0].argmax(axis=1), [0, 0, 3])
+    assert_array_equal(minds["words"][0].sum(axis=1), [0.0, 1.0, 1.0])
 
 
 @pytest.mark.parametrize(

@@ -233,11 +233,11 @@ def test_half_weights_from_exchange_to_exchange_are_half_weights_in_every_tick(b
     half = np.zeros((1, 10, 2), np.float32)
     slow.reset(seed=0)
     quick.reset(seed=0)
-    earned = sum(quick.step(half)[1].sum() for _ in range(40))
+    total_reward = sum(quick.step(half)[1].sum() for _ in range(40))
     for _ in range(int(quick.world.worlds["ticks"][0])):
         slow.step(half)
     assert_array_equal(quick.world.robots["pose"], slow.world.robots["pose"])
-    assert earned == slow.world.robots["round_trips"].sum()
+    assert total_reward == slow.world.robots["round_trips"].sum()
 
 
 def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exchanges):
@@ -270,8 +270,8 @@ def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):
 
 def test_an_environment_says_what_it_is():
     batch = ArrayEnv("near", n_worlds=3, learners=2, learn="weighting")
-    told = "near: learn='weighting', controller='ssgikf', 3 worlds, 2 of 5 robots learn"
-    assert repr(batch) == f"<ArrayEnv {told}, physics='rigid'>"
+    description = "near: learn='weighting', controller='ssgikf', 3 worlds, 2 of 5 robots learn"
+    assert repr(batch) == f"<ArrayEnv {description}, physics='rigid'>"
     one = "controller='ssgiff:weighting=sgikf,estimator.pause=2.0', 1 world, 5 of 5 robots learn"
     assert one in repr(parallel_env("near", controller="ssgiff:weighting=sgikf,pause=2"))
     assert "LearnerVectorEnv near" in repr(gymnasium.make_vec("SwarmForage/Near-v2", 3))

@@ -45,9 +45,9 @@ def test_gymnasium_accepts_the_single_learner_and_the_joint_env(name, kind):
 @pytest.mark.parametrize("name", NAMES.values())
 def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
     env = gym.make(f"SwarmForage/{name}-Tuple-v2")
-    with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as told:
+    with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as log:
         check_env(env.unwrapped)
-    assert len(told) == 1
+    assert len(log) == 1
 
 
 @pytest.mark.parametrize("learn", ["weighting", "both", "everything"])
@@ -77,12 +77,12 @@ def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
         assert_array_equal(seen, np.concatenate(list(observations.values())))
         for cycle in range(300):
             action = rng.uniform(-1, 1, env.action_space.shape).astype(np.float32)
-            seen, earned, terminated, truncated, info = env.step(action)
+            seen, rewarded, terminated, truncated, info = env.step(action)
             rows = dict(zip(parallel.agents, action.reshape(10, 2), strict=True))
             observations, rewards, _, _, infos = parallel.step(rows)
             assert_array_equal(seen, np.concatenate(list(observations.values())))
             each = list(rewards.values())
-            assert earned == (np.sum(each) if reward == "own" else each[0])
+            assert rewarded == (np.sum(each) if reward == "own" else each[0])
             assert not terminated
             assert truncated == (cycle == 299)
         by_robot = list(infos.values())

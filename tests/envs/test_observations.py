@@ -136,11 +136,11 @@ class Compass:
 
 def test_an_observation_of_ones_own_goes_in_without_touching_ours():
     alone = ArrayEnv("es1", 2, observation=Compass, **FEW)
-    beside = ArrayEnv("es1", 2, observation=["layer", Compass()], normalise=False, **FEW)
+    env = ArrayEnv("es1", 2, observation=["layer", Compass()], normalise=False, **FEW)
     heading = alone.reset(0)[0][..., 0] * math.pi
     assert alone.observation_layout.names == ("compass",)
     assert_allclose(heading, alone.world.robots["pose"][..., 2], rtol=1e-6)
-    assert_allclose(beside.reset(0)[0][..., -1], heading, rtol=1e-6)
+    assert_allclose(env.reset(0)[0][..., -1], heading, rtol=1e-6)
 
 
 class Noisy:

@@ -21,7 +21,7 @@ from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.ticks import BEGINS, only, run_ticks
+from swarm_forage_env.ticks import START, only, run_ticks
 from tests.worlds import check_same_world, everything
 
 
@@ -122,11 +122,11 @@ class Block:
 
     def sense(self):
         """What the robots' own sensors read."""
-        n_worlds, earned = len(self.worlds), np.zeros(self.robots.shape)
-        modes, errors = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
+        n_worlds, rewards = len(self.worlds), np.zeros(self.robots.shape)
+        modes, errors = np.full(n_worlds, START, np.int8), np.zeros(n_worlds + 1, np.int64)
         tick = bind(run_ticks, {**only("tick"), **TICK, **ForagingWorld.task_functions})
         faults = Fault.array(self.robots.shape)
-        tick((*self.tables, earned, faults), (), modes, errors, 0, n_worlds, 1)
+        tick((*self.tables, rewards, faults), (), modes, errors, 0, n_worlds, 1)
         return self.state.readings
 
     def listen(self):

@@ -50,15 +50,15 @@ def weights(folder, file=ppo.LATEST):
 
 
 def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
-    said = []
+    lines = []
     experiment = motion()
-    controller = ppo.train(experiment, said.append)
+    controller = ppo.train(experiment, lines.append)
     card = controller.policy.card()
     assert (card.controller, card.keywords.learn) == ("ssgiff", "motion")
     record = card.training
     assert (record.algorithm, record.command) == ("ppo", experiment.command)
     assert record.score.keys() == set(experiment.scenarios)
-    assert any("robot steps/s" in line for line in said)
+    assert any("robot steps/s" in line for line in lines)
     assert list((experiment.out / "tensorboard").iterdir())
     last = ppo.PPOTraining(experiment).curve
     rollout = 2 * 4 * 10 * (2 * 6 + 10)  # twice 4 decisions; two worlds of 6 robots, one of 10

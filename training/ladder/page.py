@@ -92,13 +92,13 @@ def _reference(rung: Rung, name: str, score: Score) -> tuple[str, ...]:
 
 def _learned(rung: Rung, runs: Sequence[Run]) -> tuple[str, ...]:
     """Return the line of an algorithm: interquartile means over the mean scores of its runs."""
-    score, by_chance = _score_of(runs), iqm([[run.score_by_chance for run in runs]])
+    score, stochastic = _score_of(runs), iqm([[run.score_by_chance for run in runs]])
     return (
         f"**{title_of(runs[0].algorithm)}**",
         _with_interval(score.value, score.interval),
         f"{rung.normalised(score.value):.2f}",
         _with_interval(min(run.score for run in runs), None),
-        _with_interval(by_chance.value, by_chance.interval),
+        _with_interval(stochastic.value, stochastic.interval),
         count_noun(len(runs), "seed"),
         _millions(max(run.robot_steps for run in runs)),
         format_duration(statistics.median(run.train_s for run in runs)),

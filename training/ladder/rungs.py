@@ -124,11 +124,11 @@ def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
     return {rung.name: rung for rung in sorted(rungs, key=lambda each: each.card.rung)}
 
 
-def find_named(what: str, names: Sequence[str] | None, known: Mapping[str, NamedT]) -> list[NamedT]:
+def find_named(kind: str, names: Sequence[str] | None, known: Mapping[str, NamedT]) -> list[NamedT]:
     """Return the entries of these names, or all. UnknownNameError for an unknown name."""
     for name in names or ():
         if name not in known:
-            raise UnknownNameError(what, name, known)
+            raise UnknownNameError(kind, name, known)
     return [each for name, each in known.items() if not names or name in names]
 
 
