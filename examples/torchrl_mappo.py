@@ -147,8 +147,8 @@ def learn(loss: ClipPPOLoss, optimiser: torch.optim.Optimizer, seen: TensorDictB
             loss.value_estimator(seen)
         frames = seen.reshape(-1)
         for part in frames[torch.randperm(len(frames))].split(max(len(frames) // 8, 1)):
-            found = loss(part)
-            total = found["loss_objective"] + found["loss_critic"] + found["loss_entropy"]
+            losses = loss(part)
+            total = losses["loss_objective"] + losses["loss_critic"] + losses["loss_entropy"]
             optimiser.zero_grad()
             total.backward()
             nn.utils.clip_grad_norm_(loss.parameters(), 0.5)
