@@ -79,7 +79,7 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or different numbers from 0 to 1"),
         ({"worlds": [True]}, "must be a mask of 2"),
@@ -91,9 +91,9 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
         ({"options": {"task.area_distance": 9.0}}, "task.area_distance=9.0"),
     ],
 )
-def test_a_bad_reset_is_refused_and_changes_nothing(arguments, says):
+def test_a_bad_reset_is_refused_and_changes_nothing(arguments, message):
     env, twin = begun(2), begun(2)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         env.reset(**arguments)
     assert_same(run(env, 5), run(twin, 5))
 
@@ -255,7 +255,7 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"learn": "motion"}, "only learn='weighting'"),
         ({"decision_period": 5}, "goes with no decision_period"),
@@ -263,8 +263,8 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
         ({"controller": OUTSIDE}, "whose motion is compiled"),
     ],
 )
-def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):
-    with pytest.raises(ConfigError, match=says):
+def test_steps_that_cannot_end_with_an_exchange_are_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
         ArrayEnv("es1", 1, **{"learn": "weighting", "step_on": "exchange", **options})
 
 

@@ -147,7 +147,7 @@ def test_no_step_before_the_first_reset_nor_after_the_end():
 
 
 @pytest.mark.parametrize(
-    ("made", "action", "says"),
+    ("made", "action", "message"),
     [
         (SINGLE, [0.0], r"of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right"),
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
@@ -158,11 +158,11 @@ def test_no_step_before_the_first_reset_nor_after_the_end():
         (TUPLE, [True] * 3, r"epuck_0: .*: must be a whole number from 0 to 8"),
     ],
 )
-def test_a_bad_action_is_refused_and_changes_nothing(made, action, says):
+def test_a_bad_action_is_refused_and_changes_nothing(made, action, message):
     env, twin = gym.make(made, **FEW).unwrapped, gym.make(made, **FEW).unwrapped
     env.reset(seed=2)
     twin.reset(seed=2)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         env.step(action)
     env.action_space.seed(0)
     good = env.action_space.sample()

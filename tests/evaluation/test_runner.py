@@ -79,8 +79,8 @@ def test_a_file_is_not_written_anew_under_the_name_it_has(configure, dataset, mo
 def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
     configure, dataset, robots, episodes, workers
 ):
-    size = {"arena_length": 9.0, "arena_width": 9.0, "task_start_radius": 1.8}
-    configuration = configure(task_n_robots=robots, task_area_distance=5.0, **size)
+    arena = {"arena_length": 9.0, "arena_width": 9.0, "task_start_radius": 1.8}
+    configuration = configure(task_n_robots=robots, task_area_distance=5.0, **arena)
     blocks = Plan([configuration], range(episodes), dataset).blocks(JoblibBackend(workers))
     assert sorted(seed for _, seeds in blocks for seed in seeds) == list(range(episodes))
     assert len(blocks) >= min(workers, episodes)

@@ -55,7 +55,7 @@ def settle(robots, worlds, near, cells, obstacles):
 
 
 @entry_point
-def listen(robots, worlds, near, cells, obstacles):
+def deliver(robots, worlds, near, cells, obstacles):
     """Deliver the messages in every world."""
     for w in range(worlds.shape[0]):
         find_neighbours(robots[w], near[w], cells[w], worlds[w])
@@ -129,9 +129,9 @@ class Block:
         tick((*self.tables, rewards, faults), (), modes, errors, 0, n_worlds, 1)
         return self.state.readings
 
-    def listen(self):
+    def receive(self):
         """What the robots hear, and which slots hold a message."""
-        listen(*self.tables)
+        deliver(*self.tables)
         heard = self.state.heard
         return heard, np.arange(heard.sender.shape[1]) < heard.n[:, None]
 

@@ -184,7 +184,7 @@ def test_a_memory_runs_without_torch_as_it_was_trained(network):
 
 
 @pytest.mark.parametrize(
-    ("damage", "says"),
+    ("damage", "message"),
     [
         (lambda arrays: arrays.pop("1.bias"), "array '1.bias' is missing"),
         (lambda arrays: arrays.update({"x.weight": arrays["0.bias"]}), "no such array"),
@@ -192,14 +192,14 @@ def test_a_memory_runs_without_torch_as_it_was_trained(network):
         (lambda arrays: arrays["0.bias"].fill(1.0), "its card is of other weights"),
     ],
 )
-def test_a_damaged_network_is_refused_in_one_line(network, damage, says):
+def test_a_damaged_network_is_refused_in_one_line(network, damage, message):
     file, _ = network
     arrays = {name: array.copy() for name, array in load_file(file).items()}
     damage(arrays)
     save_file(arrays, file)
-    if "card" not in says:
+    if "card" not in message:
         file.with_suffix(".json").unlink()
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         ppo.controller_of(file).check_usable(find_scenario("es1"))
 
 
