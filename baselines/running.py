@@ -100,9 +100,9 @@ class CompositionGroup:
 
     def act(self, action: Array, layer: str, name: str, values: Array) -> None:
         """Write the values of a rule as actions of the robots of the group without a policy."""
-        own = self.members & ((action[layer] == KEEP) | (action[layer] == RULE))
-        action[layer][own] = RULE
-        action[name][own] = values[own]
+        mask = self.members & ((action[layer] == KEEP) | (action[layer] == RULE))
+        action[layer][mask] = RULE
+        action[name][mask] = values[mask]
 
 
 class RunningLayers:
@@ -200,8 +200,8 @@ class RunningLayers:
 
     def write_parameters(self, world: int, numbers: Sequence[Array]) -> None:
         """Write parameters returned by `parameters_in` for one world."""
-        for settings, own in zip(self._settings, numbers, strict=True):
-            settings[world] = own[0]
+        for settings, parameters in zip(self._settings, numbers, strict=True):
+            settings[world] = parameters[0]
 
     def snapshot(self) -> dict[str, Any]:
         """Return copies of all minds, of the parameters of all worlds, and of motions in NumPy."""
@@ -215,8 +215,8 @@ class RunningLayers:
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Restore a snapshot in place: the arrays keep their addresses."""
         self.minds[...], self.shared[...] = snapshot["minds"], snapshot["shared"]
-        for settings, own in zip(self._settings, snapshot["settings"], strict=True):
-            settings[...] = own
+        for settings, values in zip(self._settings, snapshot["settings"], strict=True):
+            settings[...] = values
         for group, motion in zip(self._groups, deepcopy(snapshot["motions"]), strict=True):
             group.steer = motion
 

@@ -49,7 +49,7 @@ class DeviceLoop:
         """Number of blocks, and threads of a block (robots, worlds)."""
         self._modes = self.memory.to_device(loop.world.modes)
         put = self.memory.repeated if loop.is_blank else self.memory.to_device
-        self.arrays = {name: put(own) for name, own in self._host().items()}
+        self.arrays = {name: put(array) for name, array in self._host().items()}
         self.errors = self.memory.to_device(loop.world.errors)
         """Error code of each world since the last call of `check`."""
         world, layers = (tuple(self.arrays[name] for name in names) for names in (WORLD, LAYERS))
@@ -139,8 +139,8 @@ class DeviceLoop:
 
     def fields(self, layout: FieldLayout) -> tuple[Any, Any, Any, Any, int]:
         """Return the location of the fields of a layout, for `read_fields` and `write_fields`."""
-        at, own = self.arrays, self.layers.arrays[0].dtype
-        minds = np.dtype([("estimator", own)]) if self.layers.has_beliefs else own
+        at, kind = self.arrays, self.layers.arrays[0].dtype
+        minds = np.dtype([("estimator", kind)]) if self.layers.has_beliefs else kind
         spans = spans_of(layout, {"robots": self.world.robots.dtype, "minds": minds})
         words = [at[name].view(np.float32) for name in ("robots", "minds")]
         robots, minds = words
@@ -148,16 +148,16 @@ class DeviceLoop:
 
     def upload(self, worlds: Sequence[int], names: Sequence[str] | None = None) -> None:
         """Copy the records of these worlds to the GPU, or only the arrays of these names."""
-        host = {name: own for name, own in self._host().items() if name != "rewards"}
-        if any(self.arrays[name].shape != own.shape for name, own in host.items()):
+        host = {name: array for name, array in self._host().items() if name != "rewards"}
+        if any(self.arrays[name].shape != array.shape for name, array in host.items()):
             raise ConfigError(
                 "device='cuda': the scenario of an episode has more obstacles or wider neighbours"
                 " than those before; begin with the largest, or take device='cpu'"
             )
         for first, last in consecutive(worlds):
-            for name, own in host.items():
-                if own.size and (names is None or name in names):
-                    self.memory.write(self.arrays[name][first:last], own[first:last])
+            for name, array in host.items():
+                if array.size and (names is None or name in names):
+                    self.memory.write(self.arrays[name][first:last], array[first:last])
 
     def download(self) -> Loop:
         """Copy the records that ticks change from the GPU, and return the loop on the CPU."""

@@ -239,7 +239,7 @@ class Loop(WorldsOnCpu):
     def check(self) -> None:
         """Raise the error of the first world that has one, and clear all errors."""
         if self.world.errors[-1]:
-            each = [members_of(own, self.world.n_robots) for own in self.controllers]
+            each = [members_of(controller, self.world.n_robots) for controller in self.controllers]
             raise task.error_in(self.world, lambda w, robot: str(each[w][robot].name))
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
@@ -247,10 +247,10 @@ class Loop(WorldsOnCpu):
 
         The calling thread runs the first chunk itself: waking another costs tens of us.
         """
-        own, *others = self._chunks
+        first, *others = self._chunks
         waiting = [pool(self.threads).submit(work, *chunk) for chunk in others]
         try:
-            work(*own)
+            work(*first)
             for each in waiting:
                 each.result()
         except BaseException:

@@ -170,8 +170,8 @@ def _teams(members: Sequence[TeamController], scenario: BaseScenario) -> list[Te
 
 def _only(row: Sequence[TeamController], team: Team) -> list[TeamController | None]:
     """Return the controllers of a team, with None for all other robots."""
-    own = set(team)
-    return [each if robot in own else None for robot, each in enumerate(row)]
+    members = set(team)
+    return [each if robot in members else None for robot, each in enumerate(row)]
 
 
 class RunningTeams:
@@ -242,8 +242,8 @@ class RunningTeams:
 
     def write_parameters(self, world: int, numbers: Sequence[Any]) -> None:
         """Use these parameters in one world from now on."""
-        for each, own in zip(self._running, numbers, strict=True):
-            each.write_parameters(world, own)
+        for each, parameters in zip(self._running, numbers, strict=True):
+            each.write_parameters(world, parameters)
 
     def snapshot(self) -> tuple[Array, list[Any]]:
         """Return copies of `minds` and of the state of each team."""
@@ -252,8 +252,8 @@ class RunningTeams:
     def restore(self, snapshot: tuple[Array, list[Any]]) -> None:
         """Restore a snapshot; arrays keep their place in memory."""
         minds, teams = snapshot
-        for each, own in zip(self._running, teams, strict=True):
-            each.restore(own)
+        for each, state in zip(self._running, teams, strict=True):
+            each.restore(state)
         self.minds[...] = minds
 
 

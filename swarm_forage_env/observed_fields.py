@@ -181,13 +181,13 @@ the task (or of the robots again); their spans; and the number of robots in a wo
 def source_of_its_own(layout: FieldLayout) -> str:
     """Return the further array of the task with fields of a layout; `robots` if there is none."""
     sources = [path.source.split(".")[0] for path in layout.paths]
-    own, *more = {*sources} - {"robots", "minds"} or {"robots"}
+    source, *more = {*sources} - {"robots", "minds"} or {"robots"}
     if more:
         raise ConfigError(
-            f"observed fields: lie in {sorted({own, *more})}; one array can be read"
+            f"observed fields: lie in {sorted({source, *more})}; one array can be read"
             " beside robots and minds"
         )
-    return own
+    return source
 
 
 @row_template

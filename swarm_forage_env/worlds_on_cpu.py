@@ -121,9 +121,9 @@ class WorldsOnCpu:
 
     def fields(self, layout: FieldLayout) -> Fields:
         """Return the location of the fields of a layout, for `read_fields` and `write_fields`."""
-        own = source_of_its_own(layout)
+        source = source_of_its_own(layout)
         arrays = {"robots": self._block.robots, "minds": self._minds}
-        arrays.setdefault(own, getattr(self._block, own))
+        arrays.setdefault(source, getattr(self._block, source))
         spans = spans_of(layout, {name: each.dtype for name, each in arrays.items()})
         robots, minds, *_ = words = [words_of(each) for each in arrays.values()]
-        return robots, minds, words[list(arrays).index(own)], spans, self._block.n_robots
+        return robots, minds, words[list(arrays).index(source)], spans, self._block.n_robots

@@ -74,15 +74,15 @@ class WeightingActor:
         estimate was received.
         """
         exchange = {name: observed[:, each] for name, each in self._columns.items()}
-        seen = {**exchange, "own_p_elsewhere": exchange["own_p"].flip(1)}
-        seen |= {name: exchange[name].expand(-1, 2) for name in ("frames", "range")}
+        columns = {**exchange, "own_p_elsewhere": exchange["own_p"].flip(1)}
+        columns |= {name: exchange[name].expand(-1, 2) for name in ("frames", "range")}
         mask = exchange["heard_known"]
         if self.architecture is REPUTATION_NETWORK:
             remembered = observed[:, -len(REMEMBERED) :].T[:, :, None].expand(-1, -1, 2)
-            seen |= zip(REMEMBERED, remembered, strict=True)
+            columns |= zip(REMEMBERED, remembered, strict=True)
         else:
             mask = mask * exchange["own_known"]
-        features = torch.stack([seen[name] for name in self.architecture.features], 2)
+        features = torch.stack([columns[name] for name in self.architecture.features], 2)
         unit, centre, spread = self._scales
         x = (torch.log1p(features / unit) - centre) / spread
         w, direct = self.arrays, self.arrays["direct.weight"]

@@ -254,8 +254,8 @@ class PPOLearner:
         if seed is not None or self._observations is None:
             first, n = seed or 0, len(self.policies)
             seeds = first if isinstance(first, Sequence) else range(first, first + n)
-            for generator, own in zip(self._generators, seeds, strict=True):
-                generator.manual_seed(own)
+            for generator, own_seed in zip(self._generators, seeds, strict=True):
+                generator.manual_seed(own_seed)
             self.env.seed(*seeds)
             self._observations = self.env.reset()
             self._states.zero_()
@@ -313,15 +313,15 @@ class PPOLearner:
         """
         rollout, env, k = self._rollout, self.env, self._k
         observations = rollout.observations.index_select(0, k)[0]
-        seen = self.policy.next_states(observations, self._states)
-        mean, log_std, values = self._outputs(seen)
+        encoded = self.policy.next_states(observations, self._states)
+        mean, log_std, values = self._outputs(encoded)
         drawn = mean + log_std.exp() * rollout.noise.index_select(0, k).view_as(mean)
         actions, log_probs = drawn.flatten(0, 1), log_probs_of(drawn, mean, log_std)
         rollout.acts.index_copy_(0, k, env.acts[None])
         clamped = torch.clamp(actions, self._low, self._high)
         step = env.launch(clamped) if self._repeated else env.step(clamped)
         if self.policy.n_state:
-            self._states.copy_(seen)
+            self._states.copy_(encoded)
         rewards = step.rewards + self._bootstrap(step)
         rows = actions, log_probs.flatten(), values.flatten(), rewards, step.ended.float()
         places = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends
@@ -341,12 +341,12 @@ class PPOLearner:
         return self._hyperparameters.discount * values * step.ended
 
     def _values(self, observations: Tensor) -> Tensor:
-        seen = self.policy.next_states(observations, self._states)
-        return self._outputs(seen)[-1].flatten()
+        encoded = self.policy.next_states(observations, self._states)
+        return self._outputs(encoded)[-1].flatten()
 
-    def _outputs(self, seen: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    def _outputs(self, encoded: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Return mean actions, log standard deviations and values, policies by their rows."""
-        return self._networks.outputs(seen.view(len(self.policies), -1, seen.shape[1]))
+        return self._networks.outputs(encoded.view(len(self.policies), -1, encoded.shape[1]))
 
     def _empty_rollout(self) -> Rollout:
         n, n_rows, n_actions = self.n_steps, self.env.n_rows, len(self._low)
@@ -427,13 +427,13 @@ class PPOLearner:
         others, from which only the critic learns.
         """
         rows, n = torch.cat((acting, others), 1), acting.shape[1]
-        seen, actions, scalars = torch.split(self._table.flatten(0, 1)[rows], self._columns, -1)
+        encoded, actions, scalars = torch.split(self._table.flatten(0, 1)[rows], self._columns, -1)
         if self.policy.n_state:  # groups are whole rows
             rollout, of = self._rollout, rows.view(-1, self.n_steps)[:, 0]
             observations, states = rollout.observations[:-1, of], rollout.states[of]
             after = self.policy.states(observations, states, rollout.ends[:, of])
-            seen = after.transpose(0, 1).reshape(1, rows.numel(), -1)
-        mean, log_std, values = self._networks.outputs(seen)
+            encoded = after.transpose(0, 1).reshape(1, rows.numel(), -1)
+        mean, log_std, values = self._networks.outputs(encoded)
         before, gains, returns = scalars.unbind(-1)
         log_probs = log_probs_of(actions, mean, log_std)[:, :n]
         log_ratio, errors = (log_probs - before[:, :n]).detach(), (values - returns).detach()

@@ -41,8 +41,8 @@ class PolicyActor:
             )
         self._action, self._space = form.action, form.action_space
         self._actions = Actions([form.agents[robot] for robot in robots], form.action)
-        seen, states = (np.zeros((n, k), np.float32) for k in (len(form.layout), self.n_state))
-        self(seen, np.zeros(n, np.uint64), states)
+        observed, states = (np.zeros((n, k), np.float32) for k in (len(form.layout), self.n_state))
+        self(observed, np.zeros(n, np.uint64), states)
 
     def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
         """Return the actions of one decision. ConfigError for actions or states that do not fit."""
@@ -112,18 +112,18 @@ class RunningForeignPolicy:
         ticks, period = self._world.worlds["ticks"], self._form.config.period
         due = np.flatnonzero(ticks % period == 0)
         if len(due):
-            seen = self._seen(ticks // period, due)
+            observed = self._seen(ticks // period, due)
             for world in due:
                 self._held[world] = self._actor(
-                    seen[world], self._streams[world], self._states[world]
+                    observed[world], self._streams[world], self._states[world]
                 )
             self._act(self._claimed)
         self._inner.call_rules()
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset worlds first .. last - 1; their past observations are dropped at the first tick."""
-        own = streams(seeds, self._world.n_robots, NoiseSource.POLICY)
-        self._streams[first:last] = own.reshape(last - first, -1)[:, self._robots]
+        started = streams(seeds, self._world.n_robots, NoiseSource.POLICY)
+        self._streams[first:last] = started.reshape(last - first, -1)[:, self._robots]
         self._states[first:last] = 0.0
         self._inner.reset(first, last, seeds)
 
@@ -157,28 +157,28 @@ class RunningForeignPolicy:
 
     def _claim(self) -> dict[str, Bool[Array, "worlds robots"]]:
         """Claim the robots' actions that no learner has; return the robots of each layer."""
-        action, own = self._world.robots["action"], {}
+        action, claimed = self._world.robots["action"], {}
         mine = np.zeros(action.shape, np.bool_)
         mine[:, self._robots] = True
         for layer in self._form.policy.replaces:
-            own[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
-        self._form.mark_replaced_layers(action, own)
-        return own
+            claimed[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
+        self._form.mark_replaced_layers(action, claimed)
+        return claimed
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
         """Return the robots' observations, which are valid in worlds where a decision is due."""
         modes = np.full(self._world.n_worlds, SKIP, np.int8)
         modes[due] = np.where(decisions[due] == 0, START, RUN)
-        seen: Float32[Array, "worlds robots numbers"] = self._observing(
+        observed: Float32[Array, "worlds robots numbers"] = self._observing(
             self._held, modes, 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
         )
-        return seen
+        return observed
 
-    def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
+    def _act(self, claimed: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions of the policy, without changing those of learners."""
         action = self._world.robots["action"]
         before = action.copy()
         self._write(self._held, self._fields, self._robots)
         fields = {"weighting": "weight", "motion": self._form.task.commanded}
-        for layer, mask in own.items():
+        for layer, mask in claimed.items():
             action[fields[layer]][~mask] = before[fields[layer]][~mask]

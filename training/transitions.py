@@ -245,30 +245,30 @@ class Recording:
             config.scenario, len(seeds), config.controller, threads=threads, **self.keywords
         )
         robots, shape = env.learner_numbers, (len(seeds), len(env.learners), env.max_cycles)
-        seen = np.empty((*shape[:2], shape[2] + 1, len(env.observation_layout)), np.float32)
-        acted, rewards = np.empty((*shape, *env.action_shape), np.float32), np.empty(shape, "f4")
-        seen[:, :, 0], _ = env.reset(seed=list(seeds))
+        observed = np.empty((*shape[:2], shape[2] + 1, len(env.observation_layout)), np.float32)
+        actions, rewards = np.empty((*shape, *env.action_shape), np.float32), np.empty(shape, "f4")
+        observed[:, :, 0], _ = env.reset(seed=list(seeds))
         for tick in range(env.max_cycles):
             loop.step()
-            acted[:, :, tick] = loop.world.robots["command"][env.task.commanded][:, robots]
-            seen[:, :, tick + 1], rewards[:, :, tick], *_ = env.step(acted[:, :, tick])
+            actions[:, :, tick] = loop.world.robots["command"][env.task.commanded][:, robots]
+            observed[:, :, tick + 1], rewards[:, :, tick], *_ = env.step(actions[:, :, tick])
         if not np.array_equal(loop.world.robots["pose"], env.world.robots["pose"]):
             raise ConfigError(
                 f"policy '{config.label}': its commands alone do not repeat the episode, so that"
                 " they are not its actions; leave it out"
             )
-        worlds = zip(seeds, seen, acted, rewards, strict=True)
+        worlds = zip(seeds, observed, actions, rewards, strict=True)
         return [self._table(seed, robots, each) for seed, *each in worlds]
 
     def _table(self, seed: int, robots: Array, played: Sequence[Float32[Array, "..."]]) -> pa.Table:
         """Return the transitions of an episode; those of a robot follow one another."""
-        seen, acted, rewards = played
+        observed, actions, rewards = played
         n_robots, n = rewards.shape
         last = np.zeros((n_robots, n), np.bool_)
         last[:, -1] = True
         columns = (
-            _vectors(seen[:, :-1]), _vectors(acted), rewards.ravel(), _vectors(seen[:, 1:]),
-            np.zeros(last.size, np.bool_), last.ravel(),
+            _vectors(observed[:, :-1]), _vectors(actions), rewards.ravel(),
+            _vectors(observed[:, 1:]), np.zeros(last.size, np.bool_), last.ravel(),
             np.repeat(robots.astype(np.int32), n), np.tile(np.arange(n, dtype=np.int32), n_robots),
             np.full(last.size, seed, np.uint64),
         )  # fmt: skip

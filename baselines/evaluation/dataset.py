@@ -150,9 +150,9 @@ class Dataset:
         """Read the stored episodes with these seeds, by seed; damaged files are set aside."""
         kind, wanted = task_of(configuration.scenario).episode, set(seeds)
         episodes: dict[int, AnyEpisode] = {}
-        for own, file in self.files(configuration).items():
-            if not wanted.isdisjoint(own):
-                check = partial(_episodes, configuration, kind, own)
+        for stored, file in self.files(configuration).items():
+            if not wanted.isdisjoint(stored):
+                check = partial(_episodes, configuration, kind, stored)
                 episodes |= {each.seed: each for each in self.read_checked(file, check) or ()}
         return {seed: episodes[seed] for seed in wanted & episodes.keys()}
 

@@ -89,17 +89,17 @@ class Plan:
         Episodes stored under another name of their controller are written again, as figures show
         it. Those of a block on a GPU are written together. `tell` receives progress of compilation.
         """
-        for key, own in self._named.items():
+        for key, configuration in self._named.items():
             stored = self._stored[key].items()
-            renamed = {seed for seed, each in stored if each.controller != own.label}
-            files = self.dataset.files(own).items() if renamed else ()
+            renamed = {seed for seed, each in stored if each.controller != configuration.label}
+            files = self.dataset.files(configuration).items() if renamed else ()
             for_seeds = [file for seeds, file in files if not renamed.isdisjoint(seeds)]
-            _write_in_threads(partial(self.dataset.relabel, own), for_seeds)
+            _write_in_threads(partial(self.dataset.relabel, configuration), for_seeds)
         missing = [self._named[key] for key in self.todo]
-        for number, own in enumerate(missing, 1):
-            step = f"compiling {number} of {len(missing)}, {own.label}"
+        for number, configuration in enumerate(missing, 1):
+            step = f"compiling {number} of {len(missing)}, {configuration.label}"
             with report_compiling(lambda function, step=step: tell(f"{step}: {function}")):  # type: ignore[misc]
-                warm_up(own, backend.device)
+                warm_up(configuration, backend.device)
         tell("")
         blocks = self.blocks(backend)
         run = partial(_run_block, backend=backend, is_recorded=self.trajectories is not None)

@@ -53,11 +53,11 @@ def run_robot(records: Arrays, piloting: Arrays, i: int, operation: int, seed: i
     if operation != TICK:
         set_stream(memories[i], first_word(np.uint64(seed), i, operation - 1))
         return 0
-    own = settings[0]
-    update_and_describe(robots, minds, i, shared[i], own.estimator)
+    parameters = settings[0]
+    update_and_describe(robots, minds, i, shared[i], parameters.estimator)
     pilot(i, piloting)
-    is_usable = act(robots[i], minds[i], memories[i], shared[i], own)
-    compose(minds[i], own.estimator)
+    is_usable = act(robots[i], minds[i], memories[i], shared[i], parameters)
+    compose(minds[i], parameters.estimator)
     return 0 if is_usable else 1
 
 

@@ -179,8 +179,8 @@ def sets_in(file: Path) -> Sets:
 
 def score(judged: Mapping[str, bool], arena: str) -> int:
     """Return how many claims on an arena hold; -1 if it was not measured completely."""
-    own = [holds for text, holds in judged.items() if text.startswith(arena)]
-    return sum(own) if own else -1
+    results = [holds for text, holds in judged.items() if text.startswith(arena)]
+    return sum(results) if results else -1
 
 
 def best_beta(episodes: Sequence[Measured], arena: str) -> str:

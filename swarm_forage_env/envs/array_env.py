@@ -136,9 +136,9 @@ class ArrayEnv:
         """Indices of the robots that learn."""
         is_all = len(robots) == len(self.agents)
         learns = slice(None) if is_all else self.learner_numbers
-        own = dict.fromkeys(self.policy.replaces, (slice(None), learns))
+        masks = dict.fromkeys(self.policy.replaces, (slice(None), learns))
         copied = slice(None if device == "cpu" else 1)  # on a GPU, all worlds copy the first
-        form.mark_replaced_layers(self.world.robots["action"][copied], own)
+        form.mark_replaced_layers(self.world.robots["action"][copied], masks)
         self._worlds: Worlds = placed(self.loop, device)
         self.episodes = Episodes(self._worlds, randomisation, form.check_bounds)
         self._prepare(form)
@@ -195,8 +195,9 @@ class ArrayEnv:
         modes = np.full(self.n_worlds, SKIP, np.int8)
         modes[fresh] = START
         memory = self.memory
-        seen = self._decisions.observe(memory.to_device(modes))
-        return seen, self._infos(memory.to_device(np.zeros((self.n_worlds, len(self.learners)))))
+        observed = self._decisions.observe(memory.to_device(modes))
+        no_rewards = np.zeros((self.n_worlds, len(self.learners)))
+        return observed, self._infos(memory.to_device(no_rewards))
 
     def step(self, actions: object) -> Step:
         """Run one decision; return observations, rewards, terminated, truncated and infos.
@@ -231,15 +232,15 @@ class ArrayEnv:
         """
         if not self.is_one_launch:
             final, rewards, _, _, infos = self.step(actions)
-            over, seen = self.is_over, final
+            over, observed = self.is_over, final
             if over.any():
-                seen, infos = self.reset(worlds=over)
-            return Transition(final, seen, rewards, over, infos.get("acts"), out)
+                observed, infos = self.reset(worlds=over)
+            return Transition(final, observed, rewards, over, infos.get("acts"), out)
         placed, outputs = self._decisions.placed(actions), out or self.output_arrays()
         over = self.count_step()
         self.launch(placed, outputs)
-        rewards, _, seen, _ = outputs
-        return Transition(seen[0], seen[1], rewards[1], over, None, outputs)
+        rewards, _, observed, _ = outputs
+        return Transition(observed[0], observed[1], rewards[1], over, None, outputs)
 
     @property
     def is_one_launch(self) -> bool:
@@ -286,18 +287,18 @@ class ArrayEnv:
 
     def _decided(self, actions: PlacedArray) -> Step:
         if self._whole_decision is not None:
-            rewards, _, seen, over = outputs = self.output_arrays()
+            rewards, _, observed, over = outputs = self.output_arrays()
             self._count_at_once()
             self._whole_decision(actions, self.config.period, 0, outputs)
             never = self.memory.lend(self._terminated)
-            return seen[0], rewards[1], never, over, self._infos(rewards[0])
+            return observed[0], rewards[1], never, over, self._infos(rewards[0])
         self._decisions.act(actions)
         self.check()
         self._run()
         unshaped, rewards = self._decisions.rewards()
-        seen = self._decisions.observe()
+        observed = self._decisions.observe()
         truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._terminated)
-        return seen, rewards, never, truncated, self._infos(unshaped)
+        return observed, rewards, never, truncated, self._infos(unshaped)
 
     def _run(self) -> None:
         """Run the ticks of a decision; `world.rewards` sums those of each robot."""
@@ -371,11 +372,11 @@ class ArrayEnv:
         loop, rest = parts_of(snapshot, 2)
         episodes, decisions, options = parts_of(rest, 3)
         self._decisions.check_fits(parts_of(decisions, 2))
-        for name, own in self._fixed_options.items():
-            if options[name] != own:
+        for name, value in self._fixed_options.items():
+            if options[name] != value:
                 raise ConfigError(
                     f"restore(): the snapshot is of an environment of other options, where {name}"
-                    f" is {options[name]!r}, and here {own!r}; make one with the same"
+                    f" is {options[name]!r}, and here {value!r}; make one with the same"
                 )
         self.loop.restore(loop)
         self._decisions.restore(decisions)

@@ -69,19 +69,19 @@ class Observing:
         In mode START, `raw` is set to zero and the stack is filled with the observation; mode RUN
         appends one. `time_left` is the remaining share of each episode.
         """
-        seen, out = self.output_arrays()
+        single, out = self.output_arrays()
         if self._numpy:
-            self._add_all(time_left, cast(Array, raw), cast(Array, modes), cast(Array, seen))
+            self._add_all(time_left, cast(Array, raw), cast(Array, modes), cast(Array, single))
         extras = self._additions, self._place.memory.to_device(time_left), raw
-        rows = seen, self._stacks, out
+        rows = single, self._stacks, out
         self._observe(self._fields, self._learners, self._scaling, extras, modes, rows)
         return out
 
     def output_arrays(self, *axes: int) -> tuple[PlacedArray, PlacedArray]:
         """Return new arrays for single and stacked observations; without a stack, one for both."""
         empty, n_frames = self._place.memory.empty, self._stacks.shape[2]
-        seen = empty((*axes, *self._single_shape), np.float32)
-        return seen, empty((*axes, *self._stacked_shape), np.float32) if n_frames else seen
+        single = empty((*axes, *self._single_shape), np.float32)
+        return single, empty((*axes, *self._stacked_shape), np.float32) if n_frames else single
 
     @property
     def arguments(self) -> tuple[Any, ...]:
@@ -102,7 +102,7 @@ class Observing:
         time_left: Float64[Array, " worlds"],
         raw: Float32[Array, "worlds learners numbers"],
         modes: Modes,
-        seen: Float32[Array, "worlds learners numbers"],
+        observed: Float32[Array, "worlds learners numbers"],
     ) -> None:
         """Write the user-defined observations; ConfigError for a value out of bounds."""
         at, begins = self._place.arrays, modes == START
@@ -129,8 +129,8 @@ class Observing:
                     f"observation {type(part).__name__}: `write` returned numbers, must write them"
                     " into `out`, as out[:, :, 0] = ...; what it does not write is zero"
                 )
-            seen[:, :, first : first + len(features)] = own = out[:, self._robots]
-            _check_numbers(own, features)
+            observed[:, :, first : first + len(features)] = values = out[:, self._robots]
+            _check_numbers(values, features)
 
 
 def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features: Layout) -> None:

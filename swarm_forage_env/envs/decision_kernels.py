@@ -213,9 +213,9 @@ def settle(
     last = span[1]
     for each in range(first_world(span[0]), end_world(last)):
         w = min(each, last - 1)
-        own = learners[: learners.shape[0] if each < last else 0]
+        acting = learners[: learners.shape[0] if each < last else 0]
         n_robots = state[0].shape[1] if each < last else 0
-        settle_in_world(state, reward_arrays, out, w, own, n_robots)
+        settle_in_world(state, reward_arrays, out, w, acting, n_robots)
 
 
 def stop_at_exchanges(  # noqa: PLR0913 inputs and outputs
@@ -285,10 +285,10 @@ def observe_in_world(  # noqa: PLR0913 inputs, outputs and world
 ) -> None:
     """Write the observations of every learner of one world, as `observe` does."""
     additions, time_left, raw = extras
-    seen, stacks, out = rows
-    read_fields(fields, w, learners, seen[w])
+    observed, stacks, out = rows
+    read_fields(fields, w, learners, observed[w])
     for learner in range(lane(), learners.shape[0], lanes()):
-        row, action, i = seen[w, learner], raw[w, learner], learners[learner]
+        row, action, i = observed[w, learner], raw[w, learner], learners[learner]
         if mode == START:
             for k in range(action.shape[0]):
                 action[k] = 0.0
@@ -304,7 +304,7 @@ def observe_in_world(  # noqa: PLR0913 inputs, outputs and world
 @inlined
 def update_frames(
     stack: Float32[Array, "frames numbers"],
-    seen: Float32[Array, " numbers"],
+    observed: Float32[Array, " numbers"],
     mode: int,
     out: Float32[Array, " all"],
 ) -> None:
@@ -316,7 +316,7 @@ def update_frames(
     for frame in range(n_frames):
         for k in range(n):
             if mode == START or (mode == RUN and frame == n_frames - 1):
-                stack[frame, k] = seen[k]
+                stack[frame, k] = observed[k]
             elif mode == RUN:
                 stack[frame, k] = stack[frame + 1, k]
             out[frame * n + k] = stack[frame, k]

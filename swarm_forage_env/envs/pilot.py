@@ -96,8 +96,8 @@ class Pilot:
     @property
     def kernel(self) -> Kernel:
         """`act_as_learner`, bound to this policy."""
-        own = {"forward": self.forward, "observe": bind(observe_all, {})}
-        return bind(act_as_learner, {**own, **self.form.action.functions})
+        functions = {"forward": self.forward, "observe": bind(observe_all, {})}
+        return bind(act_as_learner, {**functions, **self.form.action.functions})
 
 
 READ_ONLY_ARRAYS = (
@@ -128,12 +128,12 @@ def act_as_learner(robots: Array, ticks: int, piloting: Arrays) -> None:
         return
     modes[0] = START if ticks == 0 else RUN
     observe(fields, learners, scaling, extras, modes, rows, (0, 1))
-    raw, seen = extras[2], rows[2]
+    raw, observed = extras[2], rows[2]
     for each in range(learners.shape[0]):
         i = learners[each]
         if ticks == 0:
             states[each, :] = 0.0
-        forward(seen[0, each], numbers, sizes, states[each], between, actions[0, each])
+        forward(observed[0, each], numbers, sizes, states[each], between, actions[0, each])
         for k in range(low.shape[0]):
             actions[0, each, k] = min(max(actions[0, each, k], low[k]), high[k])
         write_raw(actions, 0, each, form, raw[0, each])

@@ -53,14 +53,14 @@ def scene_of(world: WaypointsWorld, minds: Array, w: int = 0) -> scene.Scene:
         believed, ellipse = belief.pose[:, :2].copy(), ellipses(belief.P[:, :2, :2])
     receiver, sender = np.nonzero(seen)
     goal, right, wrong = robots.goal.copy(), robots.right.copy(), robots.wrong.copy()
-    own = {
+    fields = {
         "activity": np.where(seen.any(axis=1), scene.TALKING, scene.EXPLORING).astype(np.int8),
         "time": float(world.worlds["ticks"][w]) * world.scenarios[w].tick,
         "pose": pose,
         "messages": np.stack([sender, receiver], axis=1).astype(np.int32),
         "localised": scene.Localised(goal, believed, ellipse, right, wrong),
     }
-    return scene.Scene(**scene.without_beliefs(n) | own)
+    return scene.Scene(**scene.without_beliefs(n) | fields)
 
 
 def ellipses(covariance: Float64[Array, "robots 2 2"]) -> Float64[Array, "robots 3"]:

@@ -37,7 +37,7 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     figure, panels = panel_grid(2, 3.0, 3.0)
     over: tuple[Over, Over] = ("robot_steps", "wall_s")
     for axes, name in zip(panels, over, strict=True):
-        drawn = {title_of(algorithm): _curve(own, name) for algorithm, own in groups.items()}
+        drawn = {title_of(algorithm): _curve(group, name) for algorithm, group in groups.items()}
         for title, means in drawn.items():
             draw_band(axes, title, means, styles[title])
         ends = [means.x[-1] for means in drawn.values()]

@@ -78,10 +78,10 @@ class Rung:
 
         Changes of the training scenario do not apply to another test scenario.
         """
-        own = {name: value for name, value in self.keywords.items() if name != "physics"}
+        keywords = {name: value for name, value in self.keywords.items() if name != "physics"}
         if "scenario" in self.card.test:
-            own = {name: value for name, value in own.items() if "." not in name}
-        return {**own, **self.card.test}
+            keywords = {name: value for name, value in keywords.items() if "." not in name}
+        return {**keywords, **self.card.test}
 
     @property
     def test_scenario(self) -> BaseScenario:
