@@ -89,8 +89,8 @@ def box_panels(
     figure, all_axes = panel_grid(len(panels), least, height)
     for axes, (title, groups) in zip(all_axes, panels.items(), strict=True):
         _draw_groups(axes, groups, layout)
-        names = axes_names[::-1] if layout.is_horizontal else axes_names
-        finish_panel(axes, title, names, layout.is_horizontal)
+        labels = axes_names[::-1] if layout.is_horizontal else axes_names
+        finish_panel(axes, title, labels, layout.is_horizontal)
         axes.tick_params(axis="y" if layout.is_horizontal else "x", length=0.0)
     return finish_figure(figure, all_axes, caption, layout.series)
 
