@@ -46,13 +46,13 @@ from swarm_forage_env.ticks import joined, nothing
 
 def _by_robot(rule: Callable[..., object], inputs: Iterable[Rows], like: Array) -> Array:
     """Call a rule in NumPy and reshape its result like `like`; ConfigError if it does not fit."""
-    given, rows = np.asarray(rule(*inputs), np.float32), like.shape[0] * like.shape[1]
-    if given.shape[:1] != (rows,) or given.size != like.size:
+    result, rows = np.asarray(rule(*inputs), np.float32), like.shape[0] * like.shape[1]
+    if result.shape[:1] != (rows,) or result.size != like.size:
         raise ConfigError(
-            f"{type(rule).__name__}: gave shape {given.shape}, must be"
+            f"{type(rule).__name__}: gave shape {result.shape}, must be"
             f" {(rows, like.size // rows)}, a row for each robot of all worlds"
         )
-    return given.reshape(like.shape)
+    return result.reshape(like.shape)
 
 
 class CompositionGroup:
@@ -100,9 +100,9 @@ class CompositionGroup:
 
     def act(self, action: Array, layer: str, name: str, values: Array) -> None:
         """Write the values of a rule as actions of the robots of the group without a policy."""
-        own = self.members & ((action[layer] == KEEP) | (action[layer] == RULE))
-        action[layer][own] = RULE
-        action[name][own] = values[own]
+        mask = self.members & ((action[layer] == KEEP) | (action[layer] == RULE))
+        action[layer][mask] = RULE
+        action[name][mask] = values[mask]
 
 
 class RunningLayers:
@@ -200,8 +200,8 @@ class RunningLayers:
 
     def write_parameters(self, world: int, numbers: Sequence[Array]) -> None:
         """Write parameters returned by `parameters_in` for one world."""
-        for settings, own in zip(self._settings, numbers, strict=True):
-            settings[world] = own[0]
+        for settings, parameters in zip(self._settings, numbers, strict=True):
+            settings[world] = parameters[0]
 
     def snapshot(self) -> dict[str, Any]:
         """Return copies of all minds, of the parameters of all worlds, and of motions in NumPy."""
@@ -212,12 +212,12 @@ class RunningLayers:
             "motions": deepcopy([group.steer for group in self._groups]),
         }
 
-    def restore(self, kept: Mapping[str, Any]) -> None:
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Restore a snapshot in place: the arrays keep their addresses."""
-        self.minds[...], self.shared[...] = kept["minds"], kept["shared"]
-        for settings, own in zip(self._settings, kept["settings"], strict=True):
-            settings[...] = own
-        for group, motion in zip(self._groups, deepcopy(kept["motions"]), strict=True):
+        self.minds[...], self.shared[...] = snapshot["minds"], snapshot["shared"]
+        for settings, values in zip(self._settings, snapshot["settings"], strict=True):
+            settings[...] = values
+        for group, motion in zip(self._groups, deepcopy(snapshot["motions"]), strict=True):
             group.steer = motion
 
     def check_on_gpu(self) -> None:

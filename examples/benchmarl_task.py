@@ -52,15 +52,15 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
     )
     experiment.run()
 
-    found = []
+    episodes = []
     for policy in (experiment.policy, None):  # in the same worlds
         torch.manual_seed(1000)
         env = task.get_env_fun(16, experiment.continuous_actions, None, "cpu")()
         with torch.no_grad(), set_exploration_type(ExplorationType.RANDOM):
-            found.append(env.episodes(env.rollout(env.max_cycles, policy)))
-    by_chance, random = found
+            episodes.append(env.episodes(env.rollout(env.max_cycles, policy)))
+    stochastic, random = episodes
     for name, learned in evaluation.last.items():
-        chance, drawn = by_chance[name].mean(), random[name].mean()
+        chance, drawn = stochastic[name].mean(), random[name].mean()
         print(
             f"{name}: {learned.mean():.2f} learned, {chance:.2f} the same, stochastic,"
             f" {drawn:.2f} random actions"

@@ -143,14 +143,14 @@ def collect(
         choice = agent.act(now)
         observed[t], actions[t], values[t] = now, choice.sample(), agent.value(now)
         log_probability[t] = choice.log_prob(actions[t])
-        taken = actions[t].clamp(-1.0, 1.0).reshape(options.worlds, n_robots, -1)
-        found, reward, _, truncated, infos = env.step(taken.numpy())
+        clamped = actions[t].clamp(-1.0, 1.0).reshape(options.worlds, n_robots, -1)
+        reached, reward, _, truncated, infos = env.step(clamped.numpy())
         rewards[t], trips = torch.from_numpy(reward.ravel()), trips + infos["unshaped_reward"].sum()
-        next_values[t] = agent.value(rows_of(found))  # before a reset: a time-out is no end
+        next_values[t] = agent.value(rows_of(reached))  # before a reset: a time-out is no end
         if truncated.any():
             ended[t] = torch.from_numpy(truncated).repeat_interleave(n_robots)
-            found, _ = env.reset(worlds=truncated)
-        now = rows_of(found)
+            reached, _ = env.reset(worlds=truncated)
+        now = rows_of(reached)
     advantages, after = torch.zeros(shape), torch.zeros(n_rows)
     for t in reversed(range(options.steps)):
         surprise = rewards[t] + options.discount * next_values[t] - values[t]
@@ -210,8 +210,8 @@ def train(options: Options, **more: Any) -> Agent:
             rate = trips / options.worlds * env.max_cycles / options.steps
             for name, number in (("loss", loss), ("round_trips", rate), ("speed", speed)):
                 writer.add_scalar(name, number, iteration * steps)
-            told = f"{rate:6.1f} round trips an episode, {speed:9,.0f} robot-steps/s"
-            print(f"{iteration * steps:10,} robot-steps: {told}", flush=True)
+            rates = f"{rate:6.1f} round trips an episode, {speed:9,.0f} robot-steps/s"
+            print(f"{iteration * steps:10,} robot-steps: {rates}", flush=True)
     save(agent, options, **more)
     return agent
 
@@ -234,7 +234,7 @@ def compare(options: Options, agent: Agent) -> dict[str, float]:
         return rng.uniform(-1.0, 1.0, (len(observed), n_actions)).astype(np.float32)
 
     @torch.no_grad()
-    def by_chance(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+    def stochastic(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         drawn: NDArray[np.float32] = agent.act(torch.from_numpy(observed)).sample().numpy()
         return drawn
 
@@ -243,14 +243,14 @@ def compare(options: Options, agent: Agent) -> dict[str, float]:
         "random": policy_controller(wander, **terms),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": find_controller(f"torchscript:{options.out}/policy.pt"),
-        "the same, stochastic": policy_controller(by_chance, **terms),
+        "the same, stochastic": policy_controller(stochastic, **terms),
     }
-    found = {}
+    trips = {}
     for name, controller in controllers.items():
         seen = run_episodes(env.world.scenario, controller, HELD_OUT[: options.episodes])
-        found[name] = float(np.mean([episode.round_trips for episode in seen]))
-        print(f"{name:>22}: {found[name]:6.1f} round trips an episode")
-    return found
+        trips[name] = float(np.mean([episode.round_trips for episode in seen]))
+        print(f"{name:>22}: {trips[name]:6.1f} round trips an episode")
+    return trips
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -72,8 +72,8 @@ class GraphNetwork(nn.Module):
         """Outputs of each robot; rows are the robots of whole worlds."""
         graph = self.graphs(observed)
         sender, receiver = graph.edge_index
-        said = self.message(torch.cat((graph.x[sender], graph.edge_attr), 1))
-        heard = said.new_zeros(len(graph.x), said.shape[1]).index_add(0, receiver, said)
+        sent = self.message(torch.cat((graph.x[sender], graph.edge_attr), 1))
+        heard = sent.new_zeros(len(graph.x), sent.shape[1]).index_add(0, receiver, sent)
         return torch.as_tensor(self.last(self.head(torch.cat((graph.x, heard), 1))))
 
 
@@ -128,12 +128,12 @@ def compare(options: Options, policy: ActorCritic, **more: Any) -> dict[str, flo
         "the trained policy": policy_controller(acting(policy.actor), **KEYWORDS),
         "the same, stochastic": policy_controller(acting(policy), **KEYWORDS),
     }
-    found = {}
+    trips = {}
     for name, controller in controllers.items():
         seen = run_episodes(env.world.scenario, controller, HELD_OUT[: options.episodes])
-        found[name] = float(np.mean([episode.round_trips for episode in seen]))
-        print(f"{name:>22}: {found[name]:6.1f} round trips an episode")
-    return found
+        trips[name] = float(np.mean([episode.round_trips for episode in seen]))
+        print(f"{name:>22}: {trips[name]:6.1f} round trips an episode")
+    return trips
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

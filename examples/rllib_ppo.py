@@ -81,8 +81,8 @@ def train(algorithm: Any, robot_steps: int) -> None:
     """Train for so many ticks of single robots, and print how many round trips they make."""
     env, done = algorithm.env_runner.env.env, 0
     while done < robot_steps:
-        told = algorithm.train()["env_runners"]
-        done = int(told["num_env_steps_sampled_lifetime"]) * len(env.learners) * PERIOD
+        results = algorithm.train()["env_runners"]
+        done = int(results["num_env_steps_sampled_lifetime"]) * len(env.learners) * PERIOD
         trips = env.world.robots["round_trips"].sum(axis=1).mean()
         share = env.episodes.share_gone[0]
         print(
@@ -100,15 +100,15 @@ def compare(module: RLModule, episodes: int) -> dict[str, float]:
 
     @torch.no_grad()
     def gaussian(observed: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
-        given = module.forward_inference({"obs": torch.from_numpy(observed)})
-        mean, log_deviation = given["action_dist_inputs"].chunk(2, dim=1)
+        output = module.forward_inference({"obs": torch.from_numpy(observed)})
+        mean, log_deviation = output["action_dist_inputs"].chunk(2, dim=1)
         return mean.numpy(), log_deviation.exp().numpy()
 
     def steer(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         mean, _ = gaussian(observed)
         return mean
 
-    def by_chance(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+    def stochastic(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         mean, deviation = gaussian(observed)
         return rng.normal(mean, deviation).astype(np.float32)
 
@@ -116,14 +116,14 @@ def compare(module: RLModule, episodes: int) -> dict[str, float]:
         "random": policy_controller(wander, decision_period=PERIOD),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": policy_controller(steer, decision_period=PERIOD),
-        "the same, stochastic": policy_controller(by_chance, decision_period=PERIOD),
+        "the same, stochastic": policy_controller(stochastic, decision_period=PERIOD),
     }
-    found = {}
+    trips = {}
     for name, controller in controllers.items():
         seen = run_episodes(find_scenario("es1"), controller, HELD_OUT[:episodes])
-        found[name] = float(np.mean([episode.round_trips for episode in seen]))
-        print(f"{name:>22}: {found[name]:6.1f} round trips an episode")
-    return found
+        trips[name] = float(np.mean([episode.round_trips for episode in seen]))
+        print(f"{name:>22}: {trips[name]:6.1f} round trips an episode")
+    return trips
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

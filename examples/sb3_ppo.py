@@ -76,12 +76,12 @@ def compare(file: Path, episodes: int) -> dict[str, float]:
         "the trained policy": find_controller(f"sb3:{file}"),
         "the same, stochastic": find_controller(f"sb3:{file},chance=true"),
     }
-    found = {}
+    trips = {}
     for name, controller in controllers.items():
         seen = run_episodes(find_scenario("es1"), controller, HELD_OUT[:episodes])
-        found[name] = float(np.mean([episode.round_trips for episode in seen]))
-        print(f"{name:>22}: {found[name]:6.1f} round trips an episode")
-    return found
+        trips[name] = float(np.mean([episode.round_trips for episode in seen]))
+        print(f"{name:>22}: {trips[name]:6.1f} round trips an episode")
+    return trips
 
 
 def main(arguments: Sequence[str] | None = None) -> dict[str, float]:
@@ -95,10 +95,10 @@ def main(arguments: Sequence[str] | None = None) -> dict[str, float]:
     chosen.out.mkdir(parents=True, exist_ok=True)
     file = chosen.out / "model.zip"
     train(chosen.robot_steps, chosen.seed, file)
-    found = compare(file, chosen.episodes)
+    trips = compare(file, chosen.episodes)
     print(f"test it:  swarm-forage evaluate es1 ssgikf sb3:{file}")
     print(f"watch it: swarm-forage watch es1 sb3:{file}")
-    return found
+    return trips
 
 
 if __name__ == "__main__":

@@ -82,11 +82,11 @@ class World:
         self.leg, self.came_from, self.goal, self.partner = np.full((4, N), NONE)
         self.round_trips, self.until, self.deaf_until = np.zeros((3, N), int)
         self.met_until = np.zeros((N, N), int)  # deaf to a partner of before
-        # Of each area: whether it is known, was visited since the robot was last lost, is told of.
-        self.is_on, self.is_goal, self.known, self.visited, self.says = np.zeros((5, N, 2), bool)
-        self.place, self.told = np.zeros((2, N, 2), complex)  # the centre; a sum over frames
-        self.p, self.told_p = np.zeros((2, N, 2))  # path since then [m]: its lack of confidence
-        self.n_told = np.zeros((N, 2), int)  # frames in the sum
+        # Of each area: whether it is known, was visited since the robot was last lost, is sent.
+        self.is_on, self.is_goal, self.known, self.visited, self.sends = np.zeros((5, N, 2), bool)
+        self.place, self.heard_sum = np.zeros((2, N, 2), complex)  # the centre; a sum over frames
+        self.p, self.heard_p = np.zeros((2, N, 2))  # path since then [m]: its lack of confidence
+        self.n_heard = np.zeros((N, 2), int)  # frames in the sum
         self.message = np.zeros((3, N, 2))  # distance, direction and p of each
         for i in ROBOTS:
             me, is_free = i == ROBOTS, False
@@ -140,19 +140,19 @@ class World:
         return f32(wheels * is_free)
 
     def speak(self) -> None:
-        """Merge what was told, once an exchange is over, and compose the next message."""
-        # Copy what was told of an unknown area; blend that of the goal. TR, Eq. 14, 33 to 35.
-        told = (self.n_told > 0) & (self.partner == NONE)[:, None]
-        blends, copies = told & self.known & self.is_goal, told & ~self.known
-        place, p_i = ratio(self.told, np.maximum(self.n_told, 1)), f32(self.p[blends])
-        g = f32(p_i / f32(p_i + self.told_p[blends]))
+        """Merge what was heard, once an exchange is over, and compose the next message."""
+        # Copy what was heard of an unknown area; blend that of the goal. TR, Eq. 14, 33 to 35.
+        merges = (self.n_heard > 0) & (self.partner == NONE)[:, None]
+        blends, copies = merges & self.known & self.is_goal, merges & ~self.known
+        place, p_i = ratio(self.heard_sum, np.maximum(self.n_heard, 1)), f32(self.p[blends])
+        g = f32(p_i / f32(p_i + self.heard_p[blends]))
         self.place[blends] = (1.0 - g) * self.place[blends] + g * place[blends]
         self.p[blends] *= 1.0 - g
-        self.place[copies], self.p[copies] = place[copies], self.told_p[copies]
+        self.place[copies], self.p[copies] = place[copies], self.heard_p[copies]
         self.known |= copies
-        self.told[told], self.n_told[told] = 0.0, 0
+        self.heard_sum[merges], self.n_heard[merges] = 0.0, 0
         # Tell of areas it stood on; on its way, only of the one it comes from. TR, 4.1, 6.1.2.
-        self.says = self.visited & (~self.is_goal | ~self.known.all(1, keepdims=True))
+        self.sends = self.visited & (~self.is_goal | ~self.known.all(1, keepdims=True))
         to = self.place - self.believed_at[:, None]
         turn = wrapped(phase(to) - self.believed_heading[:, None])
         self.message = f32([length(to), turn, self.p])
@@ -222,7 +222,7 @@ class World:
         begins = np.isnan(self.search) & (self.goal != NONE) & (d < SOCIAL.lost_within)
         self.search = np.where(begins, SOCIAL.overshoot, self.search - abs(drho))
         lost = self.search < 0.0
-        self.known[lost] = self.visited[lost] = self.told[lost] = self.n_told[lost] = 0
+        self.known[lost] = self.visited[lost] = self.heard_sum[lost] = self.n_heard[lost] = 0
         self.goal[lost] = self.came_from[lost] = self.partner[lost] = NONE
         self.deaf_until[lost] = self.clock + round(SOCIAL.deaf_when_lost / DT)
         # From an area to the other; from nowhere to the nearer one known; else wander.
@@ -238,7 +238,7 @@ class World:
         # Some are lost, and of too many for the slots any are kept. TR, Section 6.1.
         share = (length(self.at - self.at[:, None]) - RADIO.near) / (RADIO.max_range - RADIO.near)
         lost = RADIO.loss_near + (RADIO.loss_far - RADIO.loss_near) * share
-        reaches = (share <= 1.0) & self.says.any(1) & (ROBOTS[:, None] != ROBOTS)
+        reaches = (share <= 1.0) & self.sends.any(1) & (ROBOTS[:, None] != ROBOTS)
         senders, arrived = np.full((N, N), NONE), np.zeros(N, int)
         for j in ROBOTS:
             arrives = reaches[:, j] & (self.draw(Noise.LOSS, reaches[:, j]) >= lost[:, j])
@@ -260,7 +260,7 @@ class World:
 
     def exchange(self, senders: Array, beams: Array, frames: Array) -> None:
         """Stop for one neighbour for a while, and sum up what it tells. TR, Section 5.2."""
-        is_useful = (self.says[senders] & (~self.known | self.is_goal)).any(2)
+        is_useful = (self.sends[senders] & (~self.known | self.is_goal)).any(2)
         is_useful &= (senders != NONE) & (self.clock >= self.met_until[ROBOTS, senders])
         meets = (self.partner == NONE) & (self.clock >= self.deaf_until) & is_useful.any(0)
         self.partner = np.where(meets, senders[is_useful.argmax(0), ROBOTS], self.partner)
@@ -272,10 +272,10 @@ class World:
         phi_i = f32(gamma_i + f32(phi_j - gamma_j)) - np.pi
         to, ahead = d * unit(gamma_i) + d_j * unit(phi_i), unit(self.believed_heading)[:, None]
         place = self.believed_at[:, None] + to.real * ahead + to.imag * (1j * ahead)
-        told = is_partner.any(0)[:, None] & self.says[self.partner]
-        self.told += told * (frames[:, None] * place)
-        self.n_told += told * frames[:, None]
-        self.told_p = np.where(told, p_j, self.told_p)
+        is_heard = is_partner.any(0)[:, None] & self.sends[self.partner]
+        self.heard_sum += is_heard * (frames[:, None] * place)
+        self.n_heard += is_heard * frames[:, None]
+        self.heard_p = np.where(is_heard, p_j, self.heard_p)
         # After that, listen to nobody for a while, and to this one for longer.
         ends = (self.partner != NONE) & (self.clock == self.until)
         self.met_until[ends, self.partner[ends]] = self.clock + round(SOCIAL.refractory / DT)

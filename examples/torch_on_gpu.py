@@ -27,14 +27,14 @@ def main() -> None:
         torch.nn.Linear(n_seen, 64), torch.nn.Tanh(), torch.nn.Linear(64, n_given), torch.nn.Tanh()
     ).to("cuda")
     seen, _ = env.reset(seed=0)
-    room = None  # the arrays of a step, which the next one overwrites
+    outputs = None  # the arrays of a step, which the next one overwrites
     total = torch.zeros((), device="cuda", dtype=torch.float64)
     start = time.perf_counter()
     for _ in range(wanted.steps):
         with torch.no_grad():
             actions = policy(torch.as_tensor(seen, device="cuda"))
-        step = env.step_and_reset(actions, room)
-        seen, room = step.observations, step.room
+        step = env.step_and_reset(actions, outputs)
+        seen, outputs = step.observations, step.outputs
         total += torch.as_tensor(step.rewards, device="cuda").mean()
     env.check()  # that every action was within its bounds
     mean = float(total)  # waits for the GPU

@@ -147,8 +147,8 @@ def learn(loss: ClipPPOLoss, optimiser: torch.optim.Optimizer, seen: TensorDictB
             loss.value_estimator(seen)
         frames = seen.reshape(-1)
         for part in frames[torch.randperm(len(frames))].split(max(len(frames) // 8, 1)):
-            found = loss(part)
-            total = found["loss_objective"] + found["loss_critic"] + found["loss_entropy"]
+            losses = loss(part)
+            total = losses["loss_objective"] + losses["loss_critic"] + losses["loss_entropy"]
             optimiser.zero_grad()
             total.backward()
             nn.utils.clip_grad_norm_(loss.parameters(), 0.5)
@@ -173,10 +173,10 @@ def train(
         over = seen["next", "done"].squeeze(-1)
         if over.any():
             trips = seen["next", GROUP, "info", "round_trips"][over].sum(-1).mean()
-            earned = seen["next", *RETURN][over].mean()
+            mean_return = seen["next", *RETURN][over].mean()
             print(
                 f"iteration {iteration}, {time.perf_counter() - begun:.0f} s:"
-                f" {trips:.1f} round trips, return {earned:.2f}",
+                f" {trips:.1f} round trips, return {mean_return:.2f}",
                 flush=True,
             )
     collector.shutdown()
@@ -184,11 +184,11 @@ def train(
 
 
 def round_trips(
-    policy: ProbabilisticActor | None, seed: int = 1000, by_chance: bool = False, **options: Any
+    policy: ProbabilisticActor | None, seed: int = 1000, stochastic: bool = False, **options: Any
 ) -> float:
     """Mean over an episode in each world, of the policy, stochastic or not, or at random."""
     env = SwarmTorchEnv(n_worlds=N_WORLDS, seed=seed, **options)
-    how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
+    how = ExplorationType.RANDOM if stochastic else ExplorationType.DETERMINISTIC
     with torch.no_grad(), set_exploration_type(how):
         seen = env.rollout(env.max_cycles, policy)
     return float(seen[:, -1]["next", GROUP, "info", "round_trips"].sum(-1).mean())
@@ -205,7 +205,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = {**TERMS, **SCENARIOS[chosen.scenario]}
     policy = train(chosen.iterations, chosen.seed, is_ippo=chosen.ippo, **options)
     print(f"learned: {round_trips(policy, **options):.1f} round trips an episode")
-    print(f"the same, stochastic: {round_trips(policy, by_chance=True, **options):.1f}")
+    print(f"the same, stochastic: {round_trips(policy, stochastic=True, **options):.1f}")
     print(f"random: {round_trips(None, **options):.1f}")
 
 

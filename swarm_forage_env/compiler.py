@@ -33,7 +33,7 @@ from swarm_forage_env.gpu_kernels import (
     as_on_cpu,
     compiled_for_gpu,
 )
-from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
+from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, warn_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
 from swarm_forage_env.templates import Bindings, Function, FunctionT, parts_of, with_parts
@@ -275,7 +275,7 @@ def _checked(usual: Any, usual_files: Any) -> Any:  # noqa: ANN401 numba's
             try:
                 super().save_overload(*code)
             except OSError as error:
-                tell_once(f"{cache_folder()} cannot be written ({error.strerror})")
+                warn_once(f"{cache_folder()} cannot be written ({error.strerror})")
 
     return Cache
 

@@ -19,7 +19,7 @@ from swarm_forage_env.interface import CompiledLayers, Kernel
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.task import World, consecutive
-from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
+from swarm_forage_env.ticks import START, begin_worlds, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import PlacedArray, checked_device
 
 MAX_THREADS = 128
@@ -49,11 +49,11 @@ class DeviceLoop:
         """Number of blocks, and threads of a block (robots, worlds)."""
         self._modes = self.memory.to_device(loop.world.modes)
         put = self.memory.repeated if loop.is_blank else self.memory.to_device
-        self.arrays = {name: put(own) for name, own in self._host().items()}
+        self.arrays = {name: put(array) for name, array in self._host().items()}
         self.errors = self.memory.to_device(loop.world.errors)
         """Error code of each world since the last call of `check`."""
         world, layers = (tuple(self.arrays[name] for name in names) for names in (WORLD, LAYERS))
-        self.ticking = world, layers, self.errors
+        self.tick_arrays = world, layers, self.errors
         """Arguments of the templates of ticks: arrays of worlds and layers, and error codes."""
         first_robot, *places = map(self.memory.repeated, loop.world.starts)
         firsts = map(self.memory.to_device, self.layers.firsts)
@@ -87,7 +87,7 @@ class DeviceLoop:
     def run(self, n_ticks: int, modes: PlacedArray | None = None) -> None:
         """Run some ticks of every world in one launch; nothing is copied back.
 
-        `modes` is the mode of each world, int8: STANDS, RUNS or BEGINS; by default all run.
+        `modes` is the mode of each world, int8: SKIP, RUN or START; by default all run.
         """
         self._launch(self._run, n_ticks, self._modes if modes is None else modes)
 
@@ -98,11 +98,11 @@ class DeviceLoop:
     @cached_property
     def stages(self) -> dict[str, Callable[[], None]]:
         """Stages of a tick of every world, each as a separate kernel, for timing."""
-        kernels = {name: bind_grid(run_ticks, {**self.functions, **only(name)}) for name in HANDED}
+        kernels = {name: bind_grid(run_ticks, {**self.functions, **only(name)}) for name in INPUTS}
         return {name: partial(self._launch, each, 1, self._modes) for name, each in kernels.items()}
 
     def _launch(self, kernel: GridKernel, n_ticks: int, modes: PlacedArray) -> None:
-        (world, layers, errors), n_worlds = self.ticking, self.world.n_worlds
+        (world, layers, errors), n_worlds = self.tick_arrays, self.world.n_worlds
         kernel[self.launch](world, layers, modes, errors, 0, n_worlds, n_ticks)
 
     @property
@@ -110,7 +110,7 @@ class DeviceLoop:
         """Bytes moved by each stage: arrays that it reads, plus arrays that it writes."""
         at = self.arrays
         return {
-            stage: sum(at[name].nbytes for name in (*HANDED[stage], *WRITTEN[stage]))
+            stage: sum(at[name].nbytes for name in (*INPUTS[stage], *OUTPUTS[stage]))
             for stage in self.stages
         }
 
@@ -125,44 +125,44 @@ class DeviceLoop:
         The CPU writes the parameters of other scenarios. If robots find no room, `check` raises.
         """
         seed_of = self.world.seed_of(seeds, worlds)
-        which = [*seed_of]
+        indices = [*seed_of]
         if scenarios is not None:
-            self.loop.replace_scenarios(scenarios, which)
-            self.upload(which, NUMBERS)
+            self.loop.replace_scenarios(scenarios, indices)
+            self.upload(indices, PARAMETER_ARRAYS)
         n_worlds = self.world.n_worlds
-        own, modes = np.zeros(n_worlds, np.uint64), np.zeros(n_worlds, np.int8)
-        own[which], modes[which] = [*seed_of.values()], BEGINS
-        self.memory.write(self.starts[3], own)
-        which_begin, (world, layers, errors) = self.memory.to_device(modes), self.ticking
-        self._begin[self.launch](world, layers, self.starts, self.layers.noise, which_begin, errors)
-        self.run(1, which_begin)
+        all_seeds, modes = np.zeros(n_worlds, np.uint64), np.zeros(n_worlds, np.int8)
+        all_seeds[indices], modes[indices] = [*seed_of.values()], START
+        self.memory.write(self.starts[3], all_seeds)
+        placed, (world, layers, errors) = self.memory.to_device(modes), self.tick_arrays
+        self._begin[self.launch](world, layers, self.starts, self.layers.noise, placed, errors)
+        self.run(1, placed)
 
     def fields(self, layout: FieldLayout) -> tuple[Any, Any, Any, Any, int]:
         """Return the location of the fields of a layout, for `read_fields` and `write_fields`."""
-        at, own = self.arrays, self.layers.arrays[0].dtype
-        minds = np.dtype([("estimator", own)]) if self.layers.has_beliefs else own
+        at, kind = self.arrays, self.layers.arrays[0].dtype
+        minds = np.dtype([("estimator", kind)]) if self.layers.has_beliefs else kind
         spans = spans_of(layout, {"robots": self.world.robots.dtype, "minds": minds})
         words = [at[name].view(np.float32) for name in ("robots", "minds")]
         robots, minds = words
         return robots, minds, robots, self.memory.to_device(spans), self.world.n_robots
 
-    def upload(self, which: Sequence[int], names: Sequence[str] | None = None) -> None:
+    def upload(self, worlds: Sequence[int], names: Sequence[str] | None = None) -> None:
         """Copy the records of these worlds to the GPU, or only the arrays of these names."""
-        host = {name: own for name, own in self._host().items() if name != "earned"}
-        if any(self.arrays[name].shape != own.shape for name, own in host.items()):
+        host = {name: array for name, array in self._host().items() if name != "rewards"}
+        if any(self.arrays[name].shape != array.shape for name, array in host.items()):
             raise ConfigError(
                 "device='cuda': the scenario of an episode has more obstacles or wider neighbours"
                 " than those before; begin with the largest, or take device='cpu'"
             )
-        for first, last in consecutive(which):
-            for name, own in host.items():
-                if own.size and (names is None or name in names):
-                    self.memory.write(self.arrays[name][first:last], own[first:last])
+        for first, last in consecutive(worlds):
+            for name, array in host.items():
+                if array.size and (names is None or name in names):
+                    self.memory.write(self.arrays[name][first:last], array[first:last])
 
     def download(self) -> Loop:
         """Copy the records that ticks change from the GPU, and return the loop on the CPU."""
         host, self.loop.is_blank = self._host(), False
-        for name in CHANGED:
+        for name in STATE_ARRAYS:
             host[name][...] = self.memory.read(self.arrays[name])
         return self.loop
 
@@ -187,30 +187,30 @@ def placed(loop: Loop, device: str) -> Loop | DeviceLoop:
     return loop if checked_device(device) == "cpu" else DeviceLoop(loop)
 
 
-WORLD = "robots", "worlds", "near", "cells", "obstacles", "earned", "faults"
+WORLD = "robots", "worlds", "near", "cells", "obstacles", "rewards", "faults"
 """Names of the world's arrays, in the order in which templates receive them."""
 
 LAYERS = "minds", "memories", "shared", "settings"
 """Names of the controller's arrays, in the order in which templates receive them."""
 
-HANDED = {
+INPUTS = {
     "decide": ("robots", "minds", "memories", "shared", "settings"),
     "tick": ("robots", "worlds", "near", "obstacles"),
     "observe": ("robots", "minds", "shared", "settings"),
 }
 """Arrays that each stage of a tick reads."""
 
-WRITTEN = {
+OUTPUTS = {
     "decide": ("robots", "minds", "memories"),
     "tick": ("robots", "worlds", "near"),
     "observe": ("robots", "minds"),
 }
 """Arrays that each stage of a tick writes."""
 
-CHANGED = "robots", "worlds", "minds", "memories", "faults"
+STATE_ARRAYS = "robots", "worlds", "minds", "memories", "faults"
 """Arrays that ticks change and later ticks read."""
 
-NUMBERS = "worlds", "obstacles", "faults", "settings"
+PARAMETER_ARRAYS = "worlds", "obstacles", "faults", "settings"
 """Arrays that hold parameters of a scenario."""
 
 

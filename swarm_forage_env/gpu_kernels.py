@@ -133,23 +133,23 @@ class _Words:
 
         self.words: list[object] = []
         self._kernel, self._compiled, self._kind = dispatcher, compiled, kind
-        self._given: object = None
+        self._argument: object = None
         self._is_number = isinstance(kind, types.Number)
         is_tuple = isinstance(kind, types.BaseTuple)
         self._parts = [_Words(dispatcher, compiled, each) for each in kind] if is_tuple else []
 
-    def fits(self, given: Any) -> bool:  # noqa: ANN401 an array, a number or a tuple of them
+    def fits(self, argument: Any) -> bool:  # noqa: ANN401 an array, a number or a tuple of them
         """Return whether the kernel accepts the type of an argument, and prepare its words."""
-        if given is self._given and not self._is_number:
+        if argument is self._argument and not self._is_number:
             return True
         if self._parts:
-            if not all(map(_Words.fits, self._parts, given)):
+            if not all(map(_Words.fits, self._parts, argument)):
                 return False
             self.words = [word for part in self._parts for word in part.words]
         else:
-            if not self._is_number and self._kernel.typeof_pyval(given) != self._kind:
+            if not self._is_number and self._kernel.typeof_pyval(argument) != self._kind:
                 return False
             self.words = []
-            self._compiled._prepare_args(self._kind, given, 0, [], self.words)
-        self._given = given
+            self._compiled._prepare_args(self._kind, argument, 0, [], self.words)
+        self._argument = argument
         return True

@@ -176,7 +176,7 @@ class RunningController(Protocol):
     def snapshot(self) -> Any:  # noqa: ANN401 of the controller
         """Return copies of all that the next ticks depend on; they can be pickled."""
 
-    def restore(self, kept: Any) -> None:  # noqa: ANN401 as above
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 as above
         """Restore a snapshot; arrays keep their place in memory."""
 
 

@@ -40,16 +40,16 @@ def is_trusted(folder: Path) -> bool:
         if hasattr(os, "geteuid") and (
             status.st_uid not in {os.geteuid(), 0} or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
         ):
-            tell_once(f"{folder}: others may write there (chmod 700 would do)")
+            warn_once(f"{folder}: others may write there (chmod 700 would do)")
             return False
     return True
 
 
 @cache
-def tell_once(why: str) -> None:
+def warn_once(reason: str) -> None:
     """Print, once, that no machine code is cached, and why."""
     sys.stderr.write(
-        f"swarm-forage: every process compiles its kernels, in memory: {why}; name"
+        f"swarm-forage: every process compiles its kernels, in memory: {reason}; name"
         " another folder in the variable XDG_CACHE_HOME\n"
     )
 

@@ -37,7 +37,7 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
     def __init__(self, function: Callable[..., object], *options: object) -> None:
         super().__init__(function, *options)
         usual: _FunctionCompiler = self._compiler
-        self._compiler: _LeanWhereItCan = _LeanWhereItCan(
+        self._compiler: _LeanOrUsual = _LeanOrUsual(
             function, usual.targetdescr, usual.targetoptions, usual.locals, usual.pipeline_class
         )
 
@@ -116,7 +116,7 @@ class _LeanInner(Inner, Lean):
     """Compiler that combines `Inner` and `Lean`."""
 
 
-class _LeanWhereItCan(_FunctionCompiler):  # type: ignore[misc]
+class _LeanOrUsual(_FunctionCompiler):  # type: ignore[misc]
     """Counts references only in functions that create or return arrays, or get one from a call."""
 
     is_inner = False

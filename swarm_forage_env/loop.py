@@ -24,7 +24,7 @@ from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.record import Rows, copied_rows
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World
-from swarm_forage_env.ticks import RUNS, STAGES, Errors, Modes, only, run_ticks
+from swarm_forage_env.ticks import RUN, STAGES, Errors, Modes, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
 EachT = TypeVar("EachT")
@@ -103,21 +103,21 @@ class Loop(WorldsOnCpu):
         worlds are not changed. ConfigError, before any change, if an argument does not fit.
         """
         seed_of = self.world.seed_of(seeds, worlds)
-        which = [*seed_of]
+        indices = [*seed_of]
         if scenarios is not None:
-            self.replace_scenarios(_one_each(scenarios, which), which)
-        self.world.reset(seeds, which)
+            self.replace_scenarios(_one_each(scenarios, indices), indices)
+        self.world.reset(seeds, indices)
         self._begin(seed_of)
 
-    def replace_scenarios(self, scenarios: Sequence[BaseScenario], which: Sequence[int]) -> None:
+    def replace_scenarios(self, scenarios: Sequence[BaseScenario], worlds: Sequence[int]) -> None:
         """Replace scenarios of worlds; ConfigError, before any change, if they do not fit."""
-        task.check_fit([self.world.scenarios[w] for w in which], scenarios)
+        task.check_fit([self.world.scenarios[w] for w in worlds], scenarios)
         numbers = [
             self.controller.parameters_in(w, scenario)
-            for w, scenario in zip(which, scenarios, strict=True)
+            for w, scenario in zip(worlds, scenarios, strict=True)
         ]
-        self.world.replace_scenarios(which, scenarios)
-        for w, each in zip(which, numbers, strict=True):
+        self.world.replace_scenarios(worlds, scenarios)
+        for w, each in zip(worlds, numbers, strict=True):
             self.controller.write_parameters(w, each)
 
     def download(self) -> "Loop":
@@ -131,7 +131,7 @@ class Loop(WorldsOnCpu):
     def run(self, n_ticks: int, modes: Modes | None = None) -> None:
         """Run ticks of every world, in one compiled call unless Python must run between ticks.
 
-        `modes` is STANDS or RUNS for each world; by default all run. ConfigError for a command
+        `modes` is SKIP or RUN for each world; by default all run. ConfigError for a command
         that is not finite, or a weight outside [0, 1].
         """
         is_stepped = self.controller.has_rules or not self.world.is_compiled
@@ -189,11 +189,11 @@ class Loop(WorldsOnCpu):
         shown: Rows = copied_rows(estimators_of(self.controller.minds), (name,))
         return shown
 
-    def scene(self, which: int = 0) -> Scene:
+    def scene(self, w: int = 0) -> Scene:
         """Return the scene of one world at its current tick; ConfigError if it has no drawing."""
         if self.task.scene is None:
             raise ConfigError(f"the task {self.task.name} has no drawing")
-        return self.task.scene(self.world, self.controller.minds, which)
+        return self.task.scene(self.world, self.controller.minds, w)
 
     def _begin(self, seed_of: Mapping[int, int]) -> None:
         """Reset the controller in the worlds of these seeds, then sense and observe in them."""
@@ -201,7 +201,7 @@ class Loop(WorldsOnCpu):
         stages = tuple(STAGES) if self.world.is_compiled else AFTER_ENGINE
         for first, last in task.consecutive([*seed_of]):
             self.controller.reset(first, last, [seed_of[w] for w in range(first, last)])
-            self._call(stages, 1, self.world.beginning, first, last)
+            self._call(stages, 1, self.world.start_modes, first, last)
         self.check()
 
     def run_stages(self, *stages: str, first: int = 0, last: int | None = None) -> None:
@@ -221,11 +221,11 @@ class Loop(WorldsOnCpu):
         kernel(world.arrays, layers.arrays, modes, world.errors, first, last, n_ticks)
 
     def _advance(self, n_ticks: int, modes: Modes, first: int, last: int) -> None:
-        """Run ticks of those of the worlds first .. last - 1 whose mode is RUNS."""
+        """Run ticks of the worlds first .. last - 1 in mode RUN."""
         if self.world.is_compiled:
             self._call(tuple(STAGES), n_ticks, modes, first, last)
             return
-        for begin, end in task.consecutive([w for w in range(first, last) if modes[w] == RUNS]):
+        for begin, end in task.consecutive([w for w in range(first, last) if modes[w] == RUN]):
             self.run_stages("decide", first=begin, last=end)
             if not self.world.errors[-1]:
                 self.world.move(begin, end)
@@ -239,7 +239,7 @@ class Loop(WorldsOnCpu):
     def check(self) -> None:
         """Raise the error of the first world that has one, and clear all errors."""
         if self.world.errors[-1]:
-            each = [members_of(own, self.world.n_robots) for own in self.controllers]
+            each = [members_of(controller, self.world.n_robots) for controller in self.controllers]
             raise task.error_in(self.world, lambda w, robot: str(each[w][robot].name))
 
     def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
@@ -247,10 +247,10 @@ class Loop(WorldsOnCpu):
 
         The calling thread runs the first chunk itself: waking another costs tens of us.
         """
-        own, *others = self._chunks
+        first, *others = self._chunks
         waiting = [pool(self.threads).submit(work, *chunk) for chunk in others]
         try:
-            work(*own)
+            work(*first)
             for each in waiting:
                 each.result()
         except BaseException:
@@ -282,10 +282,10 @@ def chunks(n_worlds: int, threads: int) -> list[tuple[int, int]]:
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
-def _one_each(given: EachT | Sequence[EachT], worlds: Sequence[int]) -> list[EachT]:
+def _one_each(values: EachT | Sequence[EachT], worlds: Sequence[int]) -> list[EachT]:
     """Return one value for each world; ConfigError for a list of another length."""
-    if not isinstance(given, list | tuple):
-        return [cast(EachT, given)] * len(worlds)
-    if len(given) != len(worlds):
-        raise ConfigError(f"{len(given)} given for {len(worlds)} worlds: must be one for each")
-    return list(given)
+    if not isinstance(values, list | tuple):
+        return [cast(EachT, values)] * len(worlds)
+    if len(values) != len(worlds):
+        raise ConfigError(f"{len(values)} given for {len(worlds)} worlds: must be one for each")
+    return list(values)

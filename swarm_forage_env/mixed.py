@@ -102,10 +102,10 @@ def build(
     different = {(id(own), id(scenario)): (own, scenario) for own, scenario in pairs}.values()
     for own, scenario in different:
         own.check_supports(scenario)
-    whole = {id(own): members_of(own, world.n_robots) for own in controllers}
-    members = {id(each): each for row in whole.values() for each in row}
+    members_of_controller = {id(own): members_of(own, world.n_robots) for own in controllers}
+    members = {id(each): each for row in members_of_controller.values() for each in row}
     under = {key: _under(each, world.scenario) for key, each in members.items()}
-    rows = {key: [under[id(each)] for each in row] for key, row in whole.items()}
+    rows = {key: [under[id(each)] for each in row] for key, row in members_of_controller.items()}
     teams = _teams(rows[id(controllers[0])], world.scenario)
     for own, scenario in different:
         others = _teams(rows[id(own)], scenario)
@@ -122,7 +122,7 @@ def build(
     together = running[0]
     if len(running) > 1:
         together = RunningTeams(running, teams, world.robots.shape)
-    for policy, robots in _policies([*whole.values()]):
+    for policy, robots in _policies([*members_of_controller.values()]):
         together = policy.over(world, together, robots)
     return together
 
@@ -170,8 +170,8 @@ def _teams(members: Sequence[TeamController], scenario: BaseScenario) -> list[Te
 
 def _only(row: Sequence[TeamController], team: Team) -> list[TeamController | None]:
     """Return the controllers of a team, with None for all other robots."""
-    own = set(team)
-    return [each if robot in own else None for robot, each in enumerate(row)]
+    members = set(team)
+    return [each if robot in members else None for robot, each in enumerate(row)]
 
 
 class RunningTeams:
@@ -194,13 +194,13 @@ class RunningTeams:
             else:
                 policies.append(each)
         common = _common([minds.dtype["estimator"] for minds, _ in layered])
-        said = [column for each in policies for column in _common([each.minds.dtype])]
-        columns = [("estimator", record_dtype(common)), *said]
+        message_columns = [column for each in policies for column in _common([each.minds.dtype])]
+        columns = [("estimator", record_dtype(common)), *message_columns]
         self.minds: Array = np.zeros(shape, record_dtype(columns))
         for each in policies:
             each.minds = self.minds
         self._bytes = _bytes(self.minds)
-        self._shown = [
+        self._copies = [
             (_bytes(minds), team, _spans(common, self.minds.dtype, minds.dtype))
             for minds, team in layered
         ]
@@ -212,7 +212,7 @@ class RunningTeams:
             CompiledLayers(
                 {"decide_world": nothing, "observe_world": copy_world}, (self._bytes, *spans)
             )
-            for spans in self._shown
+            for spans in self._copies
         ]
         return joined([*(each.compiled for each in self._running), *copying])
 
@@ -232,7 +232,7 @@ class RunningTeams:
         """Reset the worlds first .. last - 1."""
         for each in self._running:
             each.reset(first, last, seeds)
-        minds, _, spans = self._shown[0]
+        minds, _, spans = self._copies[0]
         for world in range(first, last):
             copy_of_robots(self._bytes, minds, np.arange(minds.shape[1]), spans, world)
 
@@ -242,18 +242,18 @@ class RunningTeams:
 
     def write_parameters(self, world: int, numbers: Sequence[Any]) -> None:
         """Use these parameters in one world from now on."""
-        for each, own in zip(self._running, numbers, strict=True):
-            each.write_parameters(world, own)
+        for each, parameters in zip(self._running, numbers, strict=True):
+            each.write_parameters(world, parameters)
 
     def snapshot(self) -> tuple[Array, list[Any]]:
         """Return copies of `minds` and of the state of each team."""
         return self.minds.copy(), [each.snapshot() for each in self._running]
 
-    def restore(self, kept: tuple[Array, list[Any]]) -> None:
+    def restore(self, snapshot: tuple[Array, list[Any]]) -> None:
         """Restore a snapshot; arrays keep their place in memory."""
-        minds, teams = kept
-        for each, own in zip(self._running, teams, strict=True):
-            each.restore(own)
+        minds, teams = snapshot
+        for each, state in zip(self._running, teams, strict=True):
+            each.restore(state)
         self.minds[...] = minds
 
 
@@ -286,7 +286,7 @@ def _bytes(records: Array) -> Bytes:
 
 
 def _spans(
-    shown: Sequence[tuple[str, np.dtype[Any]]], to: np.dtype[Any], source: np.dtype[Any]
+    columns: Sequence[tuple[str, np.dtype[Any]]], to: np.dtype[Any], source: np.dtype[Any]
 ) -> Int64[Array, "parts 3"]:
     """Return the spans of estimator fields in two records that both have them."""
     begins = [
@@ -294,9 +294,9 @@ def _spans(
             offset_of(minds, "estimator") + offset_of(minds["estimator"], name)
             for minds in (to, source)
         ]
-        for name, _ in shown
+        for name, _ in columns
     ]
-    sizes = [kind.itemsize for _, kind in shown]
+    sizes = [kind.itemsize for _, kind in columns]
     return np.column_stack([begins, sizes]).astype(np.int64)
 
 

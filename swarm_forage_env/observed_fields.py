@@ -73,8 +73,8 @@ class FieldPath:
         each, shape = self.field, self.shape(sizes)
         numbered = shape[: len(shape) - len(each.names)]
         axes = (*(map(str, range(n)) for n in numbered), *each.names)
-        said = (each.unit.split(", "), each.low, each.high, each.noise, each.scale)
-        values = zip(*(_cycled(value, scenario) for value in said), strict=True)
+        properties = (each.unit.split(", "), each.low, each.high, each.noise, each.scale)
+        values = zip(*(_cycled(value, scenario) for value in properties), strict=True)
         for ends, value in zip(product(*axes), values, strict=False):
             yield Feature(".".join(filter(None, (self.part, self.shown_as, *ends))), *value)
 
@@ -181,18 +181,18 @@ the task (or of the robots again); their spans; and the number of robots in a wo
 def source_of_its_own(layout: FieldLayout) -> str:
     """Return the further array of the task with fields of a layout; `robots` if there is none."""
     sources = [path.source.split(".")[0] for path in layout.paths]
-    own, *more = {*sources} - {"robots", "minds"} or {"robots"}
+    source, *more = {*sources} - {"robots", "minds"} or {"robots"}
     if more:
         raise ConfigError(
-            f"observed fields: lie in {sorted({own, *more})}; one array can be read"
+            f"observed fields: lie in {sorted({source, *more})}; one array can be read"
             " beside robots and minds"
         )
-    return own
+    return source
 
 
 @row_template
 def read_fields(
-    fields: Fields, w: int, which: Int64[Array, " some"], rows: Float32[Array, "some numbers"]
+    fields: Fields, w: int, indices: Int64[Array, " some"], rows: Float32[Array, "some numbers"]
 ) -> None:
     """Write the fields of these robots of world w to the first elements of rows."""
     robots, minds, others, spans, n_robots = fields
@@ -200,8 +200,8 @@ def read_fields(
         words = robots if spans[s, 0] == 0 else minds if spans[s, 0] == 1 else others
         size = np.uint64(words.shape[1]) // np.uint64(n_robots)
         start, count, to = spans[s, 1], spans[s, 2], spans[s, 3]
-        for j in range(lane(), which.shape[0], lanes()):
-            at = np.uint64(which[j]) * size + start
+        for j in range(lane(), indices.shape[0], lanes()):
+            at = np.uint64(indices[j]) * size + start
             for k in range(count):
                 rows[j, to + k] = words[w, at + k]
 
@@ -222,9 +222,9 @@ def write_rows(
     rows: Float32[Array, "worlds some numbers"],
     fields: Fields,
     robots: Int64[Array, " some"],
-    which: tuple[int, int],
+    span: tuple[int, int],
 ) -> None:
     """Write rows to the fields of some robots of every world."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         for k in range(lane(), robots.shape[0], lanes()):
             write_fields(rows[w, k], fields, w, robots[k])

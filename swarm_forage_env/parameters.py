@@ -52,14 +52,14 @@ class Parameters(BaseModel):
 def list_as(example: str) -> Callable[[Any, ValidationInfo], Any]:
     """Return a validator of lists given as text on a command line; ValueError if not JSON."""
 
-    def from_text(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401 whatever was given
-        if not isinstance(given, str):
-            return given
+    def from_text(value: Any, info: ValidationInfo) -> Any:  # noqa: ANN401 whatever was given
+        if not isinstance(value, str):
+            return value
         try:
-            return json.loads(given if given.lstrip().startswith("[") else f"[{given}]")
+            return json.loads(value if value.lstrip().startswith("[") else f"[{value}]")
         except json.JSONDecodeError:
             name = info.field_name
-            raise ValueError(f"{name}={given}: must be a list in JSON, as {example}") from None
+            raise ValueError(f"{name}={value}: must be a list in JSON, as {example}") from None
 
     return from_text
 

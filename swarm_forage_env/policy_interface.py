@@ -46,7 +46,7 @@ class PolicyInterface:
     """Default number of ticks for which an action is held."""
     can_correct: bool = False
     """Whether it can be learned as a correction of the hand-written motion."""
-    said: Float32[Array, "choices numbers"] = field(default_factory=lambda: SILENT)
+    messages: Float32[Array, "choices numbers"] = field(default_factory=lambda: SILENT)
     """Messages in discrete actions: the last elements of the action, a row for each choice."""
     target: str | None = None
     """Observed vector whose direction is also observed if observations are normalised."""

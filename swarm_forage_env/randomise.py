@@ -87,10 +87,10 @@ def _check_is_free(name: str, value: object, fixed: tuple[str, ...]) -> None:
 
 def _pair(name: str, pair: object, value: Number) -> tuple[Number, Number]:
     is_whole = isinstance(value, int)
-    what, kind = ("two whole numbers", Integral) if is_whole else ("two numbers", Real)
+    wanted, kind = ("two whole numbers", Integral) if is_whole else ("two numbers", Real)
     ends = pair if isinstance(pair, tuple | list) else ()
     if len(ends) != 2 or any(isinstance(end, bool) or not isinstance(end, kind) for end in ends):
-        raise ConfigError(f"randomise: {name}={pair!r}: must be {what}, low and high")
+        raise ConfigError(f"randomise: {name}={pair!r}: must be {wanted}, low and high")
     low, high = map(type(value), ends)
     if not low <= high:
         raise ConfigError(f"randomise: {name}={pair!r}: low must be at most high")

@@ -102,7 +102,7 @@ class RawControl:
         """Start the policy of some robots; `each[world][robot]` is None for all others."""
         for scenario in world.scenarios:
             self.check_supports(scenario)
-        robots = [robot for robot, own in enumerate(each[0]) if own is not None]
+        robots = [robot for robot, controller in enumerate(each[0]) if controller is not None]
         return RunningPolicy(self, world, robots)
 
     def with_parameters(self, values: Mapping[str, object]) -> "RawControl":

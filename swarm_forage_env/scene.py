@@ -12,7 +12,7 @@ import numpy as np
 from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32
 
 STATES = ("exploring", "to nest", "to prey", "lost", "talking")
-"""Activities of a robot, in the order of the codes in `Scene.doing`."""
+"""Activities of a robot, in the order of the codes in `Scene.activity`."""
 
 EXPLORING, TO_THE_NEST, TO_THE_PREY, LOST, TALKING = range(len(STATES))
 
@@ -83,7 +83,7 @@ class Stage:
     moves: tuple[tuple[int, float, float, float], ...] = ()
     """Moves of areas: index of the area, time [s], new x and y [m]."""
     states: tuple[str, ...] = STATES
-    """Name of each code of `Scene.doing` in this task; empty for codes that never occur."""
+    """Name of each code of `Scene.activity` in this task; empty for codes that never occur."""
     believes: bool = True
     """Whether robots can have estimates of their own position or of areas."""
     goals: GoalField | None = None
@@ -138,7 +138,7 @@ class Localised:
 def without_beliefs(n: int) -> dict[str, Any]:
     """Return the scene fields of n robots without beliefs, counts or activities."""
     return {
-        "doing": np.zeros(n, np.int8),
+        "activity": np.zeros(n, np.int8),
         "believed": np.zeros((n, 2, 2)),
         "known": np.zeros((n, 2), np.bool_),
         "p": np.zeros((n, 2), np.float32),
@@ -155,7 +155,7 @@ class Scene:
     """Time since the start of the episode [s]."""
     pose: Float64[Array, "robots 3"]
     """Pose of each robot: x, y [m] and heading [rad]."""
-    doing: Int8[Array, " robots"]
+    activity: Int8[Array, " robots"]
     """Activity of each robot, as an index of STATES.
 
     Lost: it reported to be lost, and has neither seen an area nor received one since. Without a

@@ -39,7 +39,7 @@ from swarm_forage_env.ticks import run_ticks
 ENTRY = "swarm_run"
 """Name of the function in object code."""
 
-_OF_HOST = {
+_HOST_PATTERNS = {
     r'"(?:target-cpu|target-features|tune-cpu|probe-stack)"="[^"]*"': "",
     r"^target (?:triple|datalayout).*$": "",
     r"^(@\S+ = )common (local_unnamed_addr )?": r"\1internal ",
@@ -177,6 +177,6 @@ def linked_for_web(text: str) -> bytes:
 
 
 def _without_host(text: str) -> str:
-    for pattern, instead in _OF_HOST.items():
+    for pattern, instead in _HOST_PATTERNS.items():
         text = re.sub(pattern, instead, text, flags=re.MULTILINE)
     return text

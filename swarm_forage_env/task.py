@@ -50,14 +50,14 @@ class World(ABC):
     def __init__(self, scenarios: Sequence[BaseScenario]) -> None:
         self.scenarios = tuple(scenarios)
         self.n_worlds, self.n_robots = len(scenarios), _n_robots(scenarios)
-        self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
+        self.rewards: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
         """Reward that each robot has accumulated since the array was last set to 0."""
         self.errors: Errors = np.zeros(self.n_worlds + 1, np.int64)
         """Error code of each world, as `ticks.note` writes it; the last element flags any error."""
-        self.modes: Modes = np.full(self.n_worlds, ticks.RUNS, np.int8)
-        """Mode of each world for `run_ticks`: RUNS."""
-        self.beginning: Modes = np.full(self.n_worlds, ticks.BEGINS, np.int8)
-        """Mode of each world for sensing and observing before the first tick: BEGINS."""
+        self.modes: Modes = np.full(self.n_worlds, ticks.RUN, np.int8)
+        """Mode of each world for `run_ticks`: RUN."""
+        self.start_modes: Modes = np.full(self.n_worlds, ticks.START, np.int8)
+        """Mode of each world for sensing and observing before the first tick: START."""
 
     @property
     @abstractmethod
@@ -80,7 +80,7 @@ class World(ABC):
 
     def sense_first(self) -> None:
         """Compute the sensor readings before the first tick."""
-        self._tick_in(self.beginning, 0, self.n_worlds)
+        self._tick_in(self.start_modes, 0, self.n_worlds)
 
     def _tick_in(self, modes: Modes, first: int, last: int) -> None:
         self._tick(self.arrays, (), modes, self.errors, first, last, 1)
@@ -127,16 +127,16 @@ class World(ABC):
 
     def seed_of(self, seeds: Sequence[int], worlds: Sequence[int] | None) -> dict[int, int]:
         """Return the seed of each of these worlds, or all, by index; ConfigError for a misfit."""
-        which = chosen_worlds(worlds, self.n_worlds).tolist()
-        if len(seeds) != len(which):
-            raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
-        return dict(zip(which, map(checked_seed, seeds), strict=True))
+        indices = chosen_worlds(worlds, self.n_worlds).tolist()
+        if len(seeds) != len(indices):
+            raise ConfigError(f"seeds={list(seeds)}: must be {len(indices)}, one for each world")
+        return dict(zip(indices, map(checked_seed, seeds), strict=True))
 
-    def replace_scenarios(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
+    def replace_scenarios(self, worlds: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
         """Replace the scenarios of some worlds, one for each; `check_fit` must accept them."""
-        changed = dict(enumerate(self.scenarios)) | dict(zip(which, scenarios, strict=True))
+        changed = dict(enumerate(self.scenarios)) | dict(zip(worlds, scenarios, strict=True))
         self.scenarios = tuple(changed.values())
-        for first, last in consecutive(which, self.scenarios):
+        for first, last in consecutive(worlds, self.scenarios):
             self.write_parameters(first, last)
 
     @abstractmethod
@@ -154,10 +154,10 @@ class World(ABC):
         arrays = {name: each.copy() for name, each in self._arrays().items()}
         return {"scenarios": self.scenarios, **arrays}
 
-    def restore(self, kept: Mapping[str, Any]) -> None:
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Restore a snapshot; arrays of unchanged shape are written in place."""
         arrays = self._arrays()
-        for name, each in kept.items():
+        for name, each in snapshot.items():
             if name in arrays and arrays[name].shape == each.shape:
                 arrays[name][...] = each
             else:
@@ -221,7 +221,7 @@ def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
 
 
 def consecutive(
-    which: Sequence[int], scenarios: Sequence[object] | None = None
+    worlds: Sequence[int], scenarios: Sequence[object] | None = None
 ) -> list[tuple[int, int]]:
     """Return the runs of consecutive worlds, in order, each as (first, last + 1).
 
@@ -233,7 +233,7 @@ def consecutive(
     [(0, 2), (2, 3)]
     """
     runs: list[tuple[int, int]] = []
-    for w in sorted(which):
+    for w in sorted(worlds):
         goes_on = runs and runs[-1][1] == w
         if goes_on and (scenarios is None or scenarios[w] is scenarios[w - 1]):
             runs[-1] = runs[-1][0], w + 1
@@ -249,11 +249,11 @@ def check_fit(old: Sequence[BaseScenario], new: Sequence[BaseScenario]) -> None:
     one_task((*old, *new))
     for before, after in zip(old, new, strict=True):
         for name in before.fixed:
-            have, asked = map(attrgetter(name), (before, after))
-            if asked != have:
+            made, wanted = map(attrgetter(name), (before, after))
+            if wanted != made:
                 raise ConfigError(
-                    f"{name}={asked} in the scenario '{after.name}': the world was made with"
-                    f" {have}, by which its records have their sizes; keep that, or make new worlds"
+                    f"{name}={wanted} in the scenario '{after.name}': the world was made with"
+                    f" {made}, by which its records have their sizes; keep that, or make new worlds"
                 )
 
 

@@ -33,8 +33,8 @@ observe_before: Kernel
 observe_after: Kernel
 """Free names of the templates: lanes, and row templates of a task, an engine and a controller."""
 
-STANDS, RUNS, BEGINS = range(3)
-"""Mode of a world in a call: skip; run ticks; or sense and observe before the first tick."""
+SKIP, RUN, START = range(3)
+"""Mode of a world in a call: unchanged; runs ticks; or senses and observes before the first."""
 
 NO_ERROR, TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(5)
 """Kinds of error in a world, which compiled functions note and Python raises."""
@@ -68,13 +68,13 @@ def run_world(  # noqa: PLR0913 what runs, how, which world, how long
     n_robots: int,
     n_ticks: int,
 ) -> None:
-    """Run some ticks of a world that RUNS or BEGINS; for one that STANDS, `n_robots` is 0.
+    """Run some ticks of a world in mode RUN or START; in mode SKIP, `n_robots` is 0.
 
     After an invalid command or weight, the world stands for the remaining ticks. All lanes of a
     block reach every barrier, including those of worlds without robots to run.
     """
     for _ in range(n_ticks):
-        n_moving = 0 if mode == BEGINS else n_robots
+        n_moving = 0 if mode == START else n_robots
         decide_world(world_arrays, layer_arrays, errors, w, n_moving)
         barrier()
         if errors[w] % N_ERRORS == NOT_FINITE:
@@ -99,7 +99,7 @@ def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
     """Run some ticks of the worlds first .. last - 1, each in its mode."""
     for each in range(first_world(first), end_world(last)):
         w = min(each, last - 1)
-        n_robots = world_arrays[0].shape[1] if each < last and modes[w] != STANDS else 0
+        n_robots = world_arrays[0].shape[1] if each < last and modes[w] != SKIP else 0
         run_world(world_arrays, layer_arrays, modes[w], errors, w, n_robots, n_ticks)
 
 
@@ -130,7 +130,7 @@ def begin_worlds(
     modes: Modes,
     errors: Errors,
 ) -> None:
-    """Place the robots of all worlds whose mode is BEGINS, and reset their layers.
+    """Place the robots of all worlds whose mode is START, and reset their layers.
 
     `starts` holds the initial records of a robot, of its mind and of its memory, the seed of every
     world, and buffers for placing robots; `noise` is the source of noise of the motions.
@@ -138,7 +138,7 @@ def begin_worlds(
     last = world_arrays[0].shape[0]
     for each in range(first_world(0), end_world(last)):
         w = min(each, last - 1)
-        n = world_arrays[0].shape[1] if each < last and modes[w] == BEGINS else 0
+        n = world_arrays[0].shape[1] if each < last and modes[w] == START else 0
         restart_world(world_arrays, layer_arrays, starts, noise, errors, w, n)
 
 

@@ -89,11 +89,11 @@ class WorldsOnCpu:
 
     @property
     def arrays(self) -> Mapping[str, Array]:
-        """Records by name: `robots`, `worlds`, `minds` (state of the estimators), `earned`."""
+        """Records by name: `robots`, `worlds`, `minds` (state of the estimators), `rewards`."""
         block, estimators = self._block, self.estimators
         minds = self._minds if estimators is None else estimators
         records = {"robots": block.robots, "worlds": block.worlds, "minds": minds}
-        return {**records, "earned": block.earned}
+        return {**records, "rewards": block.rewards}
 
     @property
     def estimators(self) -> Array | None:
@@ -121,9 +121,9 @@ class WorldsOnCpu:
 
     def fields(self, layout: FieldLayout) -> Fields:
         """Return the location of the fields of a layout, for `read_fields` and `write_fields`."""
-        own = source_of_its_own(layout)
+        source = source_of_its_own(layout)
         arrays = {"robots": self._block.robots, "minds": self._minds}
-        arrays.setdefault(own, getattr(self._block, own))
+        arrays.setdefault(source, getattr(self._block, source))
         spans = spans_of(layout, {name: each.dtype for name, each in arrays.items()})
         robots, minds, *_ = words = [words_of(each) for each in arrays.values()]
-        return robots, minds, words[list(arrays).index(own)], spans, self._block.n_robots
+        return robots, minds, words[list(arrays).index(source)], spans, self._block.n_robots

@@ -160,10 +160,10 @@ class ActorCritics(nn.Module):
         first = policies[0]
         self._shapes = [[each.shape for each in net.parameters()] for net in _networks(first)]
         self._sizes = [*map(math.prod, self._shapes[0]), len(first.log_std)]
-        room = first.log_std.new_zeros((2 * len(policies), sum(self._sizes)))
-        self.numbers, self._names = nn.Parameter(room), list(dict(first.named_parameters()))
+        zeros = first.log_std.new_zeros((2 * len(policies), sum(self._sizes)))
+        self.numbers, self._names = nn.Parameter(zeros), list(dict(first.named_parameters()))
         for k, policy in enumerate(policies):
-            for name, view in self.named(k, [room]).items():
+            for name, view in self.named(k, [zeros]).items():
                 parameter = policy.get_parameter(name)
                 view.copy_(parameter.detach())
                 parameter.data = view
@@ -182,8 +182,8 @@ class ActorCritics(nn.Module):
         n = -(-n_rows // SPAN)
         numbers = self.numbers[:, None].expand(-1, n, -1).flatten(0, 1)
         *layers, log_std = torch.split(numbers, self._sizes, 1)
-        whole = nn.functional.pad(observed, (0, 0, 0, -n_rows % n)) if n_rows % n else observed
-        spans = whole.reshape(n_policies, 1, n, -1, n_observed)
+        padded = nn.functional.pad(observed, (0, 0, 0, -n_rows % n)) if n_rows % n else observed
+        spans = padded.reshape(n_policies, 1, n, -1, n_observed)
         flowing = spans.expand(-1, 2, -1, -1, -1).flatten(0, 2)
         for k in range(0, len(layers), 2):
             flowing = torch.tanh(flowing) if k else flowing

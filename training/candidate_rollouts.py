@@ -29,12 +29,12 @@ MAX_ROWS = 2000
 class Candidate:
     """Candidate for a layer: a network, given by its flat weights."""
 
-    numbers: Float32[Array, " numbers"]
+    weights: Float32[Array, " numbers"]
     architecture: Architecture = EXCHANGE_NETWORK
 
     def layer(self, scenario: Scenario) -> WeightingLayer | MotionLayer:
         """Return the network as a compiled layer."""
-        return self.architecture.layer(self.numbers, scenario)
+        return self.architecture.layer(self.weights, scenario)
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ class CandidateRollouts:
         worlds = [(candidate, seed) for candidate in candidates for seed in seeds]
         size = len(worlds)
         if self.device == "cpu":
-            room = max(1, MAX_ROWS // scenario.task.n_robots)
-            size = min(room, math.ceil(len(worlds) / self.backend.workers))
+            block_size = max(1, MAX_ROWS // scenario.task.n_robots)
+            size = min(block_size, math.ceil(len(worlds) / self.backend.workers))
         for part in np.array_split(np.arange(len(worlds)), math.ceil(len(worlds) / size)):
             controllers, own_seeds = zip(*(worlds[k] for k in part), strict=True)
             yield RolloutJob(scenario, controllers, own_seeds, self.physics, self.device)
@@ -109,5 +109,5 @@ class CandidateRollouts:
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
     """Run the episodes of a job and return the round trips of each world."""
-    what = job.scenario, job.controllers, job.seeds, job.physics
-    return np.array([each.round_trips for each in run_episodes(*what, device=job.device)])
+    terms = job.scenario, job.controllers, job.seeds, job.physics
+    return np.array([each.round_trips for each in run_episodes(*terms, device=job.device)])

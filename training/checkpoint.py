@@ -144,9 +144,9 @@ def _lock(stream: IO[bytes], folder: Path) -> None:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except (BlockingIOError, PermissionError):
         stream.seek(0)
-        who = stream.read().decode(errors="replace")
+        pid = stream.read().decode(errors="replace")
         raise ConfigError(
-            f"--out {folder}: process {who} is training there; wait for it, or name another folder"
+            f"--out {folder}: process {pid} is training there; wait for it, or name another folder"
         ) from None
     except OSError:  # a file system without locks
         return

@@ -16,7 +16,7 @@ WARM_UP = 3
 class GraphedFunction(Generic[ReturnedT]):
     """Function on GPU tensors at fixed addresses, recorded as a CUDA graph and replayed.
 
-    It is recorded after the first calls; all calls must be made within `aside`. Arguments are
+    It is recorded after the first calls; all calls must be made within `in_stream`. Arguments are
     copied and must keep their shapes; the next call overwrites the returned tensors. The function
     must not wait for values of the GPU.
 
@@ -29,35 +29,35 @@ class GraphedFunction(Generic[ReturnedT]):
         """Store the function; `before` runs on the CPU before each call, outside the graph."""
         self._work, self._before, self._n_calls = work, before, 0
         self._stream = torch.cuda.Stream()  # type: ignore[no-untyped-call]
-        self._taken: list[Tensor] = []
+        self._inputs: list[Tensor] = []
         self._recorded: tuple[torch.cuda.CUDAGraph, ReturnedT] | None = None
 
     @contextmanager
-    def aside(self) -> Iterator[None]:
+    def in_stream(self) -> Iterator[None]:
         """Run the block in the stream of the recording, which must not change amid a recording.
 
         Later work in the current stream waits for the block.
         """
-        usual = torch.cuda.current_stream()
-        self._stream.wait_stream(usual)
+        current = torch.cuda.current_stream()
+        self._stream.wait_stream(current)
         with torch.cuda.stream(self._stream):
             yield
-        usual.wait_stream(self._stream)
+        current.wait_stream(self._stream)
 
-    def __call__(self, *given: Tensor) -> ReturnedT:
+    def __call__(self, *arguments: Tensor) -> ReturnedT:
         """Call the function, or replay its graph."""
         if self._before:
             self._before()
-        self._taken = self._taken or [each.clone() for each in given]
-        for there, here in zip(self._taken, given, strict=True):
+        self._inputs = self._inputs or [each.clone() for each in arguments]
+        for there, here in zip(self._inputs, arguments, strict=True):
             there.copy_(here)
         self._n_calls += 1
         if self._n_calls <= WARM_UP:
-            return self._work(*self._taken)
+            return self._work(*self._inputs)
         if self._recorded is None:
             graph = torch.cuda.CUDAGraph()
             with torch.cuda.graph(graph, stream=self._stream):
-                returned = self._work(*self._taken)
+                returned = self._work(*self._inputs)
             self._recorded = graph, returned
         graph, returned = self._recorded
         graph.replay()

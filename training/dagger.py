@@ -74,22 +74,22 @@ class WeightingActor:
         estimate was received.
         """
         exchange = {name: observed[:, each] for name, each in self._columns.items()}
-        seen = {**exchange, "own_p_elsewhere": exchange["own_p"].flip(1)}
-        seen |= {name: exchange[name].expand(-1, 2) for name in ("frames", "range")}
-        asked = exchange["heard_known"]
+        columns = {**exchange, "own_p_elsewhere": exchange["own_p"].flip(1)}
+        columns |= {name: exchange[name].expand(-1, 2) for name in ("frames", "range")}
+        mask = exchange["heard_known"]
         if self.architecture is REPUTATION_NETWORK:
             remembered = observed[:, -len(REMEMBERED) :].T[:, :, None].expand(-1, -1, 2)
-            seen |= zip(REMEMBERED, remembered, strict=True)
+            columns |= zip(REMEMBERED, remembered, strict=True)
         else:
-            asked = asked * exchange["own_known"]
-        features = torch.stack([seen[name] for name in self.architecture.features], 2)
+            mask = mask * exchange["own_known"]
+        features = torch.stack([columns[name] for name in self.architecture.features], 2)
         unit, centre, spread = self._scales
         x = (torch.log1p(features / unit) - centre) / spread
         w, direct = self.arrays, self.arrays["direct.weight"]
         hidden = torch.tanh(x @ w["hidden.weight"].T + w["hidden.bias"])
         ahead = exchange["own_p"] - exchange["heard_p"]
         network = x @ direct[:-1] + hidden @ w["output.weight"] + w["output.bias"]
-        return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * asked
+        return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * mask
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:

@@ -36,28 +36,28 @@ def reason(error: Exception) -> str:
     return (text if len(text) <= 200 else f"{text[:200]}...") or type(error).__name__
 
 
-def check_file(file: Path, what: str, largest: int = LARGEST) -> None:
+def check_file(file: Path, kind: str, largest: int = LARGEST) -> None:
     """Raise ConfigError unless the path is a regular file of at most `largest` bytes."""
     try:
         state = file.stat()
     except (OSError, ValueError) as error:
-        raise _unreadable(file, what, error) from None
+        raise _unreadable(file, kind, error) from None
     if not stat.S_ISREG(state.st_mode):  # a pipe would block
-        raise ConfigError(f"{what} {file}: cannot be read (it is no regular file)")
+        raise ConfigError(f"{kind} {file}: cannot be read (it is no regular file)")
     if state.st_size > largest:
-        raise ConfigError(f"{what} {file}: {_too_large(state.st_size, largest)}")
+        raise ConfigError(f"{kind} {file}: {_too_large(state.st_size, largest)}")
 
 
-def read_file(file: Path, what: str, largest: int = LARGEST) -> bytes:
+def read_file(file: Path, kind: str, largest: int = LARGEST) -> bytes:
     """Return the content of a file. ConfigError if it cannot be read or has more bytes."""
-    check_file(file, what, largest)
+    check_file(file, kind, largest)
     try:
         with file.open("rb") as stream:
             content = stream.read(largest + 1)
     except OSError as error:
-        raise _unreadable(file, what, error) from None
+        raise _unreadable(file, kind, error) from None
     if len(content) > largest:  # the file grows, or reports no size
-        raise ConfigError(f"{what} {file}: {_too_large(len(content), largest)}")
+        raise ConfigError(f"{kind} {file}: {_too_large(len(content), largest)}")
     return content
 
 
@@ -97,8 +97,8 @@ def _too_large(size: int, largest: int) -> str:
     return f"has {size / 2**20:,.1f} MiB; at most {largest / 2**20:g} MiB are read"
 
 
-def _unreadable(file: Path, what: str, error: Exception) -> ConfigError:
+def _unreadable(file: Path, kind: str, error: Exception) -> ConfigError:
     why = error.strerror if isinstance(error, OSError) else str(error)
     name = str(file)
     short_name = name if len(name) <= 200 else f"{name[:200]}..."
-    return ConfigError(f"{what} {short_name}: cannot be read ({why})")
+    return ConfigError(f"{kind} {short_name}: cannot be read ({why})")

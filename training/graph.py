@@ -120,14 +120,14 @@ class Graphs:
 
         ConfigError for another number of features, and for rows that are not whole worlds.
         """
-        seen = torch.as_tensor(observations)
-        n_numbers = seen.shape[-1]
-        if n_numbers != self._n_observed or seen.numel() % (self.n_robots * n_numbers):
+        tensor = torch.as_tensor(observations)
+        n_numbers = tensor.shape[-1]
+        if n_numbers != self._n_observed or tensor.numel() % (self.n_robots * n_numbers):
             raise ConfigError(
-                f"observations of shape {tuple(seen.shape)}: must be (worlds, {self.n_robots},"
+                f"observations of shape {tuple(tensor.shape)}: must be (worlds, {self.n_robots},"
                 f" {self._n_observed}), or whole worlds as rows of {self._n_observed} numbers"
             )
-        rows = seen.reshape(-1, n_numbers)
+        rows = tensor.reshape(-1, n_numbers)
         senders = (rows[:, self._senders] * self._scale).round().long()
         receiver, slot = senders.nonzero(as_tuple=True)
         world = torch.arange(len(rows), device=rows.device) // self.n_robots

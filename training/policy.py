@@ -113,8 +113,8 @@ class ForeignPolicy(PolicyKeywords):
             imported(each) if isinstance(each, str) and ":" in each else each
             for each in (names.split("+") if isinstance(names, str) else names)
         ]
-        own = {name: value for name, value in self if name in PolicyKeywords.model_fields}
-        return validated(EnvConfig, {**own, "observation": observed})
+        keywords = {name: value for name, value in self if name in PolicyKeywords.model_fields}
+        return validated(EnvConfig, {**keywords, "observation": observed})
 
     def card(self) -> PolicyCard | None:
         """Return the card of the training; None if there is none."""

@@ -27,7 +27,7 @@ from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
 from training.policy import ForeignPolicy, FunctionPolicy, PolicyFile
 from training.policy_card import PolicyCard, as_keywords
-from training.running_policy import RunningForeignPolicy, Steer
+from training.running_policy import PolicyActor, RunningForeignPolicy
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class PolicyController(LayeredController):
         """
         own, changed = dict(values), self
         file = own.pop("policy.file", own.pop("file", None))
-        beside = own.pop("controller", None)
+        base_controller = own.pop("controller", None)
         if file is not None:
             changed = self._with_policy({"file": file})
             card = changed.policy.card()
@@ -75,9 +75,9 @@ class PolicyController(LayeredController):
                 _check_named(self.name, changed.policy, card, own)
                 keywords = card.keywords.model_dump()
                 changed = changed._with_policy({**changed.policy.model_dump(), **keywords})
-                beside = beside or changed._written_on(card)
-        if beside is not None:
-            changed = changed._beside(beside)
+                base_controller = base_controller or changed._written_on(card)
+        if base_controller is not None:
+            changed = changed._with_layers_of(base_controller)
         controller = super(PolicyController, changed).with_parameters(own)
         assert isinstance(controller, PolicyController)
         return controller
@@ -109,14 +109,15 @@ class PolicyController(LayeredController):
     ) -> "RunningForeignPolicy":
         """Start the policy of some robots over the other layers. ConfigError if it does not fit."""
         form = self.form(world.scenario)
-        return RunningForeignPolicy(world, inner, form, Steer(self.policy, form, robots), robots)
+        actor = PolicyActor(self.policy, form, robots)
+        return RunningForeignPolicy(world, inner, form, actor, robots)
 
     def check_usable(self, scenario: BaseScenario) -> None:
         """Raise ConfigError or UnknownNameError if a layer or the policy does not fit."""
         if not self.is_everything:
             self.hand_written.check_usable(scenario)
         form = self.form(scenario)
-        Steer(self.policy, form, range(len(form.agents)))
+        PolicyActor(self.policy, form, range(len(form.agents)))
 
     def check_supports(self, scenario: BaseScenario) -> None:
         """Raise ConfigError if a hand-written layer does not support the world of this scenario."""
@@ -183,7 +184,7 @@ class PolicyController(LayeredController):
         )
         return next(alike, "+".join(self.hand_written.layer_names.values()))
 
-    def _beside(self, controller: str | Controller) -> "PolicyController":
+    def _with_layers_of(self, controller: str | Controller) -> "PolicyController":
         """Return this policy with the layers of another controller. ConfigError if it has none."""
         other = find_controller(controller)
         if not isinstance(other, LayeredController) or isinstance(other, PolicyController):
@@ -220,7 +221,7 @@ def policy_controller(
     """
     terms = {"function": function, "learn": learn, "n_state": n_state, **keywords}
     policy = validated(FunctionPolicy, terms)
-    return named_policy(name, policy)._beside(controller)
+    return named_policy(name, policy)._with_layers_of(controller)
 
 
 def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:

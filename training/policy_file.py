@@ -259,13 +259,13 @@ def load_policy(policy: str | Path) -> Policy:
     """
     file = policy_path(policy)
     weights, sha256 = read_weights(file)
-    beside = card_path(file)
+    card_file = card_path(file)
     try:
-        card = Card.model_validate_json(read_file(beside, "card", LARGEST_CARD))
+        card = Card.model_validate_json(read_file(card_file, "card", LARGEST_CARD))
     except ValidationError as error:
-        raise ConfigError(f"card {beside}: {reason(error)}") from None
+        raise ConfigError(f"card {card_file}: {reason(error)}") from None
     if card.sha256 != sha256:
-        raise ConfigError(f"policy {file}: its card {beside} is of other weights")
+        raise ConfigError(f"policy {file}: its card {card_file} is of other weights")
     for name in weights:
         if name.partition(".")[0] not in card.layers:
             raise ConfigError(f"policy {file}: array '{name}' belongs to no layer of its card")
@@ -297,12 +297,12 @@ def check_weights(weights: Mapping[str, Array], where: str) -> None:
 
 
 @contextmanager
-def needed_by(what: str) -> Iterator[None]:
+def needed_by(feature: str) -> Iterator[None]:
     """Extend the error of a failed import in the block by what needs and installs the package."""
     try:
         yield
     except ModuleNotFoundError as error:
-        text = f"{what}: needs '{error.name}': {remedy(error.name)}"
+        text = f"{feature}: needs '{error.name}': {remedy(error.name)}"
         raise ModuleNotFoundError(text, name=error.name) from None
 
 

@@ -78,12 +78,12 @@ LATEST = "latest.safetensors"  # file of the policy of the last interval
 def train(experiment: Experiment, say: Callable[[str], None]) -> PolicyController:
     """Run or resume an experiment with PPO, and return the best policy as a controller."""
     file = run(PPOTraining(experiment), experiment, "robot step", say)
-    return controller_of(file, controller_beside(experiment))
+    return controller_of(file, base_controller(experiment))
 
 
-def controller_of(file: Path, beside: LayeredController | None = None) -> PolicyController:
-    """Return the controller of a policy saved by PPO, with its card's layers or with `beside`."""
-    terms = {"file": str(file), "controller": beside}
+def controller_of(file: Path, controller: LayeredController | None = None) -> PolicyController:
+    """Return the controller of a policy saved by PPO, over `controller` or that of its card."""
+    terms = {"file": str(file), "controller": controller}
     return named_policy("network", NetworkPolicy()).with_parameters(terms)
 
 
@@ -123,7 +123,7 @@ class PPOTraining(Training):
         """Return the round trips of the latest policy, which is saved, in each held-back world."""
         experiment, file = self._experiment, self._experiment.out / LATEST
         self._write(file, self._weights, {})
-        controller = controller_of(file, controller_beside(experiment))
+        controller = controller_of(file, base_controller(experiment))
         seeds, physics = experiment.held_back_seeds, experiment.physics
         trips = {}
         for name, scenario in experiment.scenarios_by_name.items():
@@ -134,7 +134,7 @@ class PPOTraining(Training):
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
         experiment = self._experiment
         scenario = next(iter(experiment.scenarios_by_name.values()))
-        parts = checked_parts(scenario, controller_beside(experiment), keywords(experiment))
+        parts = checked_parts(scenario, base_controller(experiment), keywords(experiment))
         card = card_of(parts).model_copy(update={"training": self._record(score)})
         save_network(file, weights, card)
 
@@ -166,7 +166,7 @@ def keywords(experiment: Experiment) -> EnvOptions:
     return {**terms, **PRESETS[experiment.layer].keywords}
 
 
-def controller_beside(experiment: Experiment) -> LayeredController | None:
+def base_controller(experiment: Experiment) -> LayeredController | None:
     """Return the controller of the layers that are not trained; None if there are none."""
     return None if experiment.layer == "everything" else experiment.base_controller
 
@@ -179,7 +179,7 @@ def make_env(experiment: Experiment) -> TensorVecEnv:
                 experiment.scenarios_by_name[name],
                 device=checked_device(experiment.device),
                 n_worlds=n_worlds,
-                controller=controller_beside(experiment),
+                controller=base_controller(experiment),
                 **keywords(experiment),
             )
             for name, n_worlds in worlds_per_scenario(experiment).items()

@@ -228,7 +228,7 @@ class PPOLearner:
         self.diagnostics: dict[str, float] = {}
         """Scalars of the last update of the first policy; `all_diagnostics` are of each policy."""
         self.all_diagnostics = [self.diagnostics]
-        self._chances = [torch.Generator(device) for _ in policies]
+        self._generators = [torch.Generator(device) for _ in policies]
         self._observations: Tensor | None = None
         self._k = torch.zeros(1, dtype=torch.int64, device=device)
         self._states = torch.zeros((env.n_rows, self.policy.n_state), device=device)
@@ -254,8 +254,8 @@ class PPOLearner:
         if seed is not None or self._observations is None:
             first, n = seed or 0, len(self.policies)
             seeds = first if isinstance(first, Sequence) else range(first, first + n)
-            for chance, own in zip(self._chances, seeds, strict=True):
-                chance.manual_seed(own)
+            for generator, own_seed in zip(self._generators, seeds, strict=True):
+                generator.manual_seed(own_seed)
             self.env.seed(*seeds)
             self._observations = self.env.reset()
             self._states.zero_()
@@ -294,11 +294,11 @@ class PPOLearner:
         rollout = self._rollout
         rollout.observations[0], rollout.states[...] = observations, self._states
         parts = rollout.noise.tensor_split(len(self.policies), 1)
-        for part, chance in zip(parts, self._chances, strict=True):
-            part.copy_(torch.randn(part.shape, generator=chance, device=part.device))
+        for part, generator in zip(parts, self._generators, strict=True):
+            part.copy_(torch.randn(part.shape, generator=generator, device=part.device))
         self._k.zero_()
         repeated = self._repeated
-        with repeated.aside() if repeated else nullcontext():
+        with repeated.in_stream() if repeated else nullcontext():
             for _ in range(self.n_steps):
                 (repeated or self._decide)()
             rollout.values[-1] = self._values(rollout.observations[-1])
@@ -313,23 +313,23 @@ class PPOLearner:
         """
         rollout, env, k = self._rollout, self.env, self._k
         observations = rollout.observations.index_select(0, k)[0]
-        seen = self.policy.next_states(observations, self._states)
-        mean, log_std, values = self._outputs(seen)
+        encoded = self.policy.next_states(observations, self._states)
+        mean, log_std, values = self._outputs(encoded)
         drawn = mean + log_std.exp() * rollout.noise.index_select(0, k).view_as(mean)
         actions, log_probs = drawn.flatten(0, 1), log_probs_of(drawn, mean, log_std)
         rollout.acts.index_copy_(0, k, env.acts[None])
         clamped = torch.clamp(actions, self._low, self._high)
         step = env.launch(clamped) if self._repeated else env.step(clamped)
         if self.policy.n_state:
-            self._states.copy_(seen)
-        rewards = step.rewards + self._what_follows(step)
+            self._states.copy_(encoded)
+        rewards = step.rewards + self._bootstrap(step)
         rows = actions, log_probs.flatten(), values.flatten(), rewards, step.ended.float()
         places = rollout.actions, rollout.log_probs, rollout.values, rollout.rewards, rollout.ends
         for there, here in zip(places, rows, strict=True):
             there.index_copy_(0, k, here[None])
         rollout.observations.index_copy_(0, k.add_(1), step.observations[None])
 
-    def _what_follows(self, step: Step) -> Tensor | float:
+    def _bootstrap(self, step: Step) -> Tensor | float:
         """Return discounted values of last observations where episodes end, and reset states there.
 
         On a GPU the values are always computed: a test whether episodes end would wait for the GPU.
@@ -341,12 +341,12 @@ class PPOLearner:
         return self._hyperparameters.discount * values * step.ended
 
     def _values(self, observations: Tensor) -> Tensor:
-        seen = self.policy.next_states(observations, self._states)
-        return self._outputs(seen)[-1].flatten()
+        encoded = self.policy.next_states(observations, self._states)
+        return self._outputs(encoded)[-1].flatten()
 
-    def _outputs(self, seen: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    def _outputs(self, encoded: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Return mean actions, log standard deviations and values, policies by their rows."""
-        return self._networks.outputs(seen.view(len(self.policies), -1, seen.shape[1]))
+        return self._networks.outputs(encoded.view(len(self.policies), -1, encoded.shape[1]))
 
     def _empty_rollout(self) -> Rollout:
         n, n_rows, n_actions = self.n_steps, self.env.n_rows, len(self._low)
@@ -401,14 +401,14 @@ class PPOLearner:
     def _take_epoch(self, groups: Tensor, counts: Tensor | None) -> Losses:
         """Run an epoch on groups of decisions, which are shuffled for each policy."""
         n, device = groups.shape[1], groups.device
-        drawn = [torch.randperm(n, generator=each, device=device) for each in self._chances]
+        drawn = [torch.randperm(n, generator=each, device=device) for each in self._generators]
         order = torch.stack(drawn)
         shuffled = groups.gather(1, order[..., None].expand_as(groups))
         if counts is not None:
             acts = counts.gather(1, order)
             return self._epoch(shuffled[acts][None], shuffled[~acts][None])
         repeated = self._repeated_epoch
-        with repeated.aside() if repeated else nullcontext():
+        with repeated.in_stream() if repeated else nullcontext():
             return (repeated or self._epoch)(shuffled, shuffled[:, :0])
 
     def _epoch(self, acting: Tensor, others: Tensor) -> Losses:
@@ -427,13 +427,13 @@ class PPOLearner:
         others, from which only the critic learns.
         """
         rows, n = torch.cat((acting, others), 1), acting.shape[1]
-        seen, actions, scalars = torch.split(self._table.flatten(0, 1)[rows], self._columns, -1)
+        encoded, actions, scalars = torch.split(self._table.flatten(0, 1)[rows], self._columns, -1)
         if self.policy.n_state:  # groups are whole rows
             rollout, of = self._rollout, rows.view(-1, self.n_steps)[:, 0]
             observations, states = rollout.observations[:-1, of], rollout.states[of]
             after = self.policy.states(observations, states, rollout.ends[:, of])
-            seen = after.transpose(0, 1).reshape(1, rows.numel(), -1)
-        mean, log_std, values = self._networks.outputs(seen)
+            encoded = after.transpose(0, 1).reshape(1, rows.numel(), -1)
+        mean, log_std, values = self._networks.outputs(encoded)
         before, gains, returns = scalars.unbind(-1)
         log_probs = log_probs_of(actions, mean, log_std)[:, :n]
         log_ratio, errors = (log_probs - before[:, :n]).detach(), (values - returns).detach()

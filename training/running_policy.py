@@ -16,14 +16,14 @@ from swarm_forage_env.observed_fields import write_rows
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import NoiseSource, draw_rows, streams
 from swarm_forage_env.task import World
-from swarm_forage_env.ticks import BEGINS, RUNS, STANDS
+from swarm_forage_env.ticks import RUN, SKIP, START
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 from training.policy import ForeignPolicy, Rows, as_array
 
 Streams = UInt64[Array, " robots"]
 
 
-class Steer:
+class PolicyActor:
     """Maps the observation of each robot of a world to the actions of the layers.
 
     The random stream and the hidden state of each robot advance in place.
@@ -41,8 +41,8 @@ class Steer:
             )
         self._action, self._space = form.action, form.action_space
         self._actions = Actions([form.agents[robot] for robot in robots], form.action)
-        seen, states = (np.zeros((n, k), np.float32) for k in (len(form.layout), self.n_state))
-        self(seen, np.zeros(n, np.uint64), states)
+        observed, states = (np.zeros((n, k), np.float32) for k in (len(form.layout), self.n_state))
+        self(observed, np.zeros(n, np.uint64), states)
 
     def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
         """Return the actions of one decision. ConfigError for actions or states that do not fit."""
@@ -79,10 +79,10 @@ class RunningForeignPolicy:
         world: World,
         inner: RunningController,
         form: PolicyForm,
-        steer: Steer,
+        actor: PolicyActor,
         robots: Sequence[int],
     ) -> None:
-        self._world, self._inner, self._form, self._steer = world, inner, form, steer
+        self._world, self._inner, self._form, self._actor = world, inner, form, actor
         self._robots = np.array(robots)
         self.minds = inner.minds
         place = WorldsOnCpu(world, inner.minds)
@@ -91,8 +91,8 @@ class RunningForeignPolicy:
         shape = world.n_worlds, len(robots), len(form.policy.action)
         self._held = np.zeros(shape, np.float32)
         self._streams = np.zeros(shape[:2], np.uint64)
-        self._states = np.zeros((*shape[:2], steer.n_state), np.float32)
-        self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
+        self._states = np.zeros((*shape[:2], actor.n_state), np.float32)
+        self._claimed: dict[str, Bool[Array, "worlds robots"]] | None = None
 
     @property
     def compiled(self) -> CompiledLayers:
@@ -107,23 +107,23 @@ class RunningForeignPolicy:
 
     def call_rules(self) -> None:
         """Call the policy in worlds where a decision is due, then the rules in NumPy."""
-        if self._own is None:
-            self._own = self._take_over()
+        if self._claimed is None:
+            self._claimed = self._claim()
         ticks, period = self._world.worlds["ticks"], self._form.config.period
         due = np.flatnonzero(ticks % period == 0)
         if len(due):
-            seen = self._seen(ticks // period, due)
+            observed = self._seen(ticks // period, due)
             for world in due:
-                self._held[world] = self._steer(
-                    seen[world], self._streams[world], self._states[world]
+                self._held[world] = self._actor(
+                    observed[world], self._streams[world], self._states[world]
                 )
-            self._act(self._own)
+            self._act(self._claimed)
         self._inner.call_rules()
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset worlds first .. last - 1; their past observations are dropped at the first tick."""
-        own = streams(seeds, self._world.n_robots, NoiseSource.POLICY)
-        self._streams[first:last] = own.reshape(last - first, -1)[:, self._robots]
+        started = streams(seeds, self._world.n_robots, NoiseSource.POLICY)
+        self._streams[first:last] = started.reshape(last - first, -1)[:, self._robots]
         self._states[first:last] = 0.0
         self._inner.reset(first, last, seeds)
 
@@ -142,43 +142,43 @@ class RunningForeignPolicy:
             "held": self._held.copy(),
             "streams": self._streams.copy(),
             "states": self._states.copy(),
-            "own": self._own,
+            "own": self._claimed,
             "rest": self._inner.snapshot(),
         }
 
-    def restore(self, kept: Mapping[str, Any]) -> None:
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Restore a snapshot."""
-        self._observing.restore(kept["frames"])
-        self._held[...] = kept["held"]
-        self._streams[...] = kept["streams"]
-        self._states[...] = kept["states"]
-        self._own = kept["own"]
-        self._inner.restore(kept["rest"])
+        self._observing.restore(snapshot["frames"])
+        self._held[...] = snapshot["held"]
+        self._streams[...] = snapshot["streams"]
+        self._states[...] = snapshot["states"]
+        self._claimed = snapshot["own"]
+        self._inner.restore(snapshot["rest"])
 
-    def _take_over(self) -> dict[str, Bool[Array, "worlds robots"]]:
+    def _claim(self) -> dict[str, Bool[Array, "worlds robots"]]:
         """Claim the robots' actions that no learner has; return the robots of each layer."""
-        action, own = self._world.robots["action"], {}
+        action, claimed = self._world.robots["action"], {}
         mine = np.zeros(action.shape, np.bool_)
         mine[:, self._robots] = True
         for layer in self._form.policy.replaces:
-            own[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
-        self._form.mark_replaced_layers(action, own)
-        return own
+            claimed[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
+        self._form.mark_replaced_layers(action, claimed)
+        return claimed
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
         """Return the robots' observations, which are valid in worlds where a decision is due."""
-        modes = np.full(self._world.n_worlds, STANDS, np.int8)
-        modes[due] = np.where(decisions[due] == 0, BEGINS, RUNS)
-        seen: Float32[Array, "worlds robots numbers"] = self._observing(
+        modes = np.full(self._world.n_worlds, SKIP, np.int8)
+        modes[due] = np.where(decisions[due] == 0, START, RUN)
+        observed: Float32[Array, "worlds robots numbers"] = self._observing(
             self._held, modes, 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
         )
-        return seen
+        return observed
 
-    def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
+    def _act(self, claimed: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions of the policy, without changing those of learners."""
         action = self._world.robots["action"]
         before = action.copy()
         self._write(self._held, self._fields, self._robots)
         fields = {"weighting": "weight", "motion": self._form.task.commanded}
-        for layer, mask in own.items():
+        for layer, mask in claimed.items():
             action[fields[layer]][~mask] = before[fields[layer]][~mask]

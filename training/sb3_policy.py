@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
     from stable_baselines3.sac.policies import SACPolicy
 
-NO_MATTER = (":serialized:", ":type:", "optimizer_class", "optimizer_kwargs")
+IGNORED = (":serialized:", ":type:", "optimizer_class", "optimizer_kwargs")
 """Keys of the JSON that a policy does not depend on, unless it is trained further."""
 
 ACTIVATION = re.compile(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>")
@@ -285,7 +285,7 @@ class SB3Policy(PolicyFile):
         ConfigError if a pickle holds them, or for more weights than the file has bytes for.
         """
         name, given = KNOWN.get(saved.module, ""), saved.policy_kwargs
-        keywords = {key: value for key, value in given.items() if key not in NO_MATTER}
+        keywords = {key: value for key, value in given.items() if key not in IGNORED}
         pickled = [
             text
             for text in keywords.values()
@@ -293,10 +293,10 @@ class SB3Policy(PolicyFile):
         ]
         is_known = bool(name) and f"{name}.__init__ " in saved.init
         if not is_known or pickled:
-            what = "policy_kwargs" if is_known else "policy_class"
+            field = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
-                f"policy {self.file}: its {what} can only be had by unpickling, which runs whatever"
-                f" code is in the file; where you trust it: sb3:{self.file},trust=true"
+                f"policy {self.file}: its {field} can only be had by unpickling, which runs"
+                f" whatever code is in the file; where you trust it: sb3:{self.file},trust=true"
             )
         kind = RecurrentNetwork if saved.module == RECURRENT else Network
         try:
@@ -351,8 +351,8 @@ def _drawn(
     elif isinstance(model, RecurrentActorCriticPolicy):
         assert states is not None, "an LSTM has states"
         hidden, cell = map(torch.tensor, states)
-        given, tensors = model.get_distribution(seen, (hidden, cell), torch.zeros(len(seen)))
-        drawn_from, after = given.distribution, tuple(each.numpy() for each in tensors)
+        distribution, tensors = model.get_distribution(seen, (hidden, cell), torch.zeros(len(seen)))
+        drawn_from, after = distribution.distribution, tuple(each.numpy() for each in tensors)
     else:
         drawn_from = model.get_distribution(seen).distribution
     assert isinstance(drawn_from, Distribution), "its actions are no dictionary"
@@ -435,11 +435,11 @@ def _sizes(form: PolicyForm) -> tuple[str, str]:
 
 def _fitting(form: PolicyForm, trained: tuple[str, str]) -> str:
     """Return the fewest keywords under which a policy has these sizes; an example if none do."""
-    now, found = dict(form.config), []
+    now, fixes = dict(form.config), []
     for learn, discrete, stack in product(form.task.policies, (False, True), range(1, 5)):
         terms = {"learn": learn, "discrete": discrete, "stack": stack}
         changed = form.config.model_copy(update={**terms, "decision_period": None})
         with suppress(ConfigError, UnknownNameError):
             if _sizes(PolicyForm([form.scenario], changed)) == trained:
-                found.append({name: each for name, each in terms.items() if now[name] != each})
-    return as_keywords(min(found, key=len)) if found else "observation=layer+time_left,walk=false"
+                fixes.append({name: each for name, each in terms.items() if now[name] != each})
+    return as_keywords(min(fixes, key=len)) if fixes else "observation=layer+time_left,walk=false"

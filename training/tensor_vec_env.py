@@ -42,30 +42,30 @@ class _DeviceBuffers:
     """Fixed arrays for the inputs and outputs of a block on a GPU, with tensors on their memory."""
 
     block: ArrayEnv
-    array: PlacedArray
-    given: Tensor
-    """Tensor over `array`: the actions."""
-    room: tuple[PlacedArray, ...]
-    gives: tuple[Tensor, Tensor, Tensor]
-    """Tensors over `room`: shaped rewards; observations at the end, and then after resets; where an
-    episode is over."""
+    action_array: PlacedArray
+    actions: Tensor
+    """Tensor over `action_array`."""
+    outputs: tuple[PlacedArray, ...]
+    results: tuple[Tensor, Tensor, Tensor]
+    """Tensors over `outputs`: shaped rewards; observations at the end, and then after resets; where
+    an episode is over."""
 
     @classmethod
     def of(cls, block: ArrayEnv) -> "_DeviceBuffers":
         """Allocate the arrays of a block."""
         shape = block.n_worlds, len(block.learners), *block.action_shape
-        array, room = block.memory.empty(shape, block.action_space.dtype), block.room()
-        rewards, _, seen, over = room
-        gives = tensor_of(rewards[1]), tensor_of(seen), tensor_of(over)
-        return cls(block, array, tensor_of(array), room, gives)
+        array, outputs = block.memory.empty(shape, block.action_space.dtype), block.output_arrays()
+        rewards, _, observations, over = outputs
+        results = tensor_of(rewards[1]), tensor_of(observations), tensor_of(over)
+        return cls(block, array, tensor_of(array), outputs, results)
 
     def launch(self, actions: Tensor) -> Step:
         """Launch one decision of the block."""
-        self.given.copy_(actions.view_as(self.given))
-        self.block.launch(self.array, self.room)
-        rewards, seen, over = self.gives
+        self.actions.copy_(actions.view_as(self.actions))
+        self.block.launch(self.action_array, self.outputs)
+        rewards, both, over = self.results
         rows = over[:, None].expand(rewards.shape)
-        final, observations = seen.flatten(1, 2)
+        final, observations = both.flatten(1, 2)
         return Step(observations, rewards.float().flatten(), final, rows.flatten())
 
 
@@ -129,7 +129,7 @@ class TensorVecEnv:
 
     def check_shares(self, n: int, together: int) -> None:
         """Raise ConfigError unless rows form n equal parts, each of whole groups of `together`."""
-        first, what = self.blocks[0], f"{n} policies side by side"
+        first, subject = self.blocks[0], f"{n} policies side by side"
         if together < 1 or self.n_rows // n % together:
             raise ConfigError(
                 f"rows_together={together}: must divide the {self.n_rows // n} rows of a policy;"
@@ -139,11 +139,11 @@ class TensorVecEnv:
             return
         if len(self.blocks) > 1 or first.n_worlds % n:
             raise ConfigError(
-                f"{what}: have equal parts of the worlds of one scenario; take one, and a multiple"
-                f" of {n} worlds"
+                f"{subject}: have equal parts of the worlds of one scenario; take one, and a"
+                f" multiple of {n} worlds"
             )
         if first.config.step_on == "exchange":
-            raise ConfigError(f"{what}: act in every step; leave step_on='exchange' out")
+            raise ConfigError(f"{subject}: act in every step; leave step_on='exchange' out")
 
     def reset(self) -> Tensor:
         """Reset all worlds and return the observation of every row."""

@@ -188,7 +188,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         observations, infos = self.array_env.reset(seeds, chosen, options)
         for world in chosen:
             self._seeds[world] = None
-        return self._told(observations, infos)
+        return self._tensors(observations, infos)
 
     def _step(self, tensordict: TensorDictBase) -> TensorDict:
         follow_stream(self.array_env)
@@ -197,9 +197,9 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
             action = action.to(torch.uint8).argmax(-1)
         array = array_for(self.array_env, action)
         observations, rewards, _, _, infos = self.array_env.step(array)
-        return self._told(observations, infos, rewards)
+        return self._tensors(observations, infos, rewards)
 
-    def _told(
+    def _tensors(
         self, observations: Array, infos: Mapping[str, Array], rewards: Array | None = None
     ) -> TensorDict:
         """Return the tensors of a reset or, with rewards, of a step."""
@@ -232,12 +232,12 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         observations: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
         if self.return_state:
             observations["state"] = _spec(env.state_space, worlds)
-        earned = {"reward": Unbounded(shape=(*per_robot, 1))}
+        reward_spec = {"reward": Unbounded(shape=(*per_robot, 1))}
         flag = Categorical(2, shape=(1,), dtype=torch.bool)
         specs = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
         self.observation_spec = Composite(observations, shape=worlds).to(self.device)
         self.action_spec = self._of_group(specs)
-        self.reward_spec = self._of_group(earned)
+        self.reward_spec = self._of_group(reward_spec)
         ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
         of_worlds = {name: flag.expand(*worlds, 1) for name in ENDS}
         self.done_spec = self._of_group(ends).update(of_worlds)

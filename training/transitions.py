@@ -79,7 +79,7 @@ def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
         policy: The name of one policy; None: all.
     """
     files = _files(Path(folder), policy)
-    tables, cards = zip(*map(_kept_in, files), strict=True)
+    tables, cards = zip(*map(_read_file, files), strict=True)
     if len({(card.keywords.model_dump_json(), card.observes) for card in cards}) > 1:
         raise ConfigError(
             f"transitions {folder}: of policies that do not observe and act alike; record each"
@@ -87,14 +87,14 @@ def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
         )
     rows = [len(table) for table in tables]
     names = np.repeat(np.array([_policy_of(file) for file in files], object), rows)
-    whole = pa.concat_tables([table.replace_schema_metadata() for table in tables])
-    return {name: _array(whole[name]) for name in COLUMNS} | {"policy": names}
+    joined = pa.concat_tables([table.replace_schema_metadata() for table in tables])
+    return {name: _array(joined[name]) for name in COLUMNS} | {"policy": names}
 
 
 def card_in(folder: str | Path, policy: str) -> PolicyCard:
     """Return the card for policies trained on the transitions of `policy`; errors as in `read`."""
     file, *_ = _files(Path(folder), policy)
-    return _kept_in(file)[1]
+    return _read_file(file)[1]
 
 
 def _files(folder: Path, policy: str | None) -> list[Path]:
@@ -111,9 +111,9 @@ def _files(folder: Path, policy: str | None) -> list[Path]:
             )
         files[episode] = file
     if not files:
-        what = "none" if policy is None else f"none of policy '{policy}'"
+        held = "none" if policy is None else f"none of policy '{policy}'"
         raise ConfigError(
-            f"transitions {folder}: holds {what}; record some with swarm-forage dataset es1"
+            f"transitions {folder}: holds {held}; record some with swarm-forage dataset es1"
             f" {policy or 'ssgikf'} --out {folder}"
         )
     return list(files.values())
@@ -123,7 +123,7 @@ def _policy_of(file: Path) -> str:
     return unquote(file.parent.name.partition("=")[2])
 
 
-def _kept_in(file: Path) -> tuple[pa.Table, PolicyCard]:
+def _read_file(file: Path) -> tuple[pa.Table, PolicyCard]:
     """Read the transitions and the card of a file. ConfigError if it is damaged."""
     try:
         table = read_table(file.read_bytes())
@@ -138,10 +138,10 @@ def card_text(table: pa.Table) -> str:
 
 
 def _array(column: pa.ChunkedArray) -> Array:
-    whole = column.combine_chunks()
-    if pa.types.is_fixed_size_list(whole.type):
-        return np.array(whole.flatten()).reshape(len(whole), -1)
-    return np.array(whole)
+    joined = column.combine_chunks()
+    if pa.types.is_fixed_size_list(joined.type):
+        return np.array(joined.flatten()).reshape(len(joined), -1)
+    return np.array(joined)
 
 
 class RandomPolicy(ForeignPolicy):
@@ -245,30 +245,30 @@ class Recording:
             config.scenario, len(seeds), config.controller, threads=threads, **self.keywords
         )
         robots, shape = env.learner_numbers, (len(seeds), len(env.learners), env.max_cycles)
-        seen = np.empty((*shape[:2], shape[2] + 1, len(env.observation_layout)), np.float32)
-        acted, earned = np.empty((*shape, *env.action_shape), np.float32), np.empty(shape, "f4")
-        seen[:, :, 0], _ = env.reset(seed=list(seeds))
+        observed = np.empty((*shape[:2], shape[2] + 1, len(env.observation_layout)), np.float32)
+        actions, rewards = np.empty((*shape, *env.action_shape), np.float32), np.empty(shape, "f4")
+        observed[:, :, 0], _ = env.reset(seed=list(seeds))
         for tick in range(env.max_cycles):
             loop.step()
-            acted[:, :, tick] = loop.world.robots["command"][env.task.commanded][:, robots]
-            seen[:, :, tick + 1], earned[:, :, tick], *_ = env.step(acted[:, :, tick])
+            actions[:, :, tick] = loop.world.robots["command"][env.task.commanded][:, robots]
+            observed[:, :, tick + 1], rewards[:, :, tick], *_ = env.step(actions[:, :, tick])
         if not np.array_equal(loop.world.robots["pose"], env.world.robots["pose"]):
             raise ConfigError(
                 f"policy '{config.label}': its commands alone do not repeat the episode, so that"
                 " they are not its actions; leave it out"
             )
-        worlds = zip(seeds, seen, acted, earned, strict=True)
+        worlds = zip(seeds, observed, actions, rewards, strict=True)
         return [self._table(seed, robots, each) for seed, *each in worlds]
 
     def _table(self, seed: int, robots: Array, played: Sequence[Float32[Array, "..."]]) -> pa.Table:
         """Return the transitions of an episode; those of a robot follow one another."""
-        seen, acted, earned = played
-        n_robots, n = earned.shape
+        observed, actions, rewards = played
+        n_robots, n = rewards.shape
         last = np.zeros((n_robots, n), np.bool_)
         last[:, -1] = True
         columns = (
-            _vectors(seen[:, :-1]), _vectors(acted), earned.ravel(), _vectors(seen[:, 1:]),
-            np.zeros(last.size, np.bool_), last.ravel(),
+            _vectors(observed[:, :-1]), _vectors(actions), rewards.ravel(),
+            _vectors(observed[:, 1:]), np.zeros(last.size, np.bool_), last.ravel(),
             np.repeat(robots.astype(np.int32), n), np.tile(np.arange(n, dtype=np.int32), n_robots),
             np.full(last.size, seed, np.uint64),
         )  # fmt: skip

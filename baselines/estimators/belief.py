@@ -15,7 +15,7 @@ NOWHERE = -1
 class Message(Record):
     """Message of a robot: its estimate of each area. Writer: `compose`."""
 
-    told: Int8[Array, " areas"] = field(np.int8, 2)
+    has_estimate: Int8[Array, " areas"] = field(np.int8, 2)
     """Whether the message contains an estimate of the area."""
     distance: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
     """Distance from the sender to the area."""
@@ -66,9 +66,9 @@ class Belief(Record):
     """Sum of the measured range over the exchange, weighted by frames."""
     n_averaged: float = field(np.float64, unit="frames")
     """Frames heard in this exchange."""
-    met: Int32[Array, " memory"] = field(np.int32, MEMORY, start=NOBODY)
+    recent_partners: Int32[Array, " memory"] = field(np.int32, MEMORY, start=NOBODY)
     """Partners of the last exchanges; NOBODY in unused entries."""
-    met_ticks_left: Int32[Array, " memory"] = field(np.int32, MEMORY, unit="ticks")
+    recent_ticks_left: Int32[Array, " memory"] = field(np.int32, MEMORY, unit="ticks")
     """Ticks until an exchange with each of these partners may start again."""
 
 
@@ -81,11 +81,11 @@ class SocialMind(Record):
     """Whether a robot listens, so that the message must be composed. Writer: observe."""
     is_composed: bool = field(np.bool_)
     """Whether the message is of this tick; it is composed only if a robot listens."""
-    kept: Message = field(Message)
+    stale_message: Message = field(Message)
     """Message that a stale robot repeats. Writer: `repeat`."""
-    kept_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
-    """Believed pose at which the kept message was composed."""
-    is_kept: bool = field(np.bool_)
-    """Whether `kept` holds a message."""
+    stale_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    """Believed pose at which the stale message was composed."""
+    has_stale_message: bool = field(np.bool_)
+    """Whether `stale_message` holds one."""
     exchange: Exchange = field(Exchange)
     situation: Situation = field(Situation)

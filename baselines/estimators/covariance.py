@@ -78,7 +78,7 @@ class EllipseMind(CovarianceMind):
 
     belief: EllipseBelief = field(EllipseBelief)
     message: EllipseMessage = field(EllipseMessage)
-    kept: EllipseMessage = field(EllipseMessage)
+    stale_message: EllipseMessage = field(EllipseMessage)
 
 
 @kernel
@@ -119,7 +119,7 @@ def compose(mind: EllipseMind, numbers: Numbers) -> None:
     compose_places(mind, numbers)
     belief, message = mind.belief, mind.message
     for area in range(2):
-        if message.told[area]:
+        if message.has_estimate[area]:
             P = belief.moments[area]
             _, short, direction = to_ellipse(P[XX], P[XY], P[YY])
             message.short_axis[area] = short
@@ -133,7 +133,7 @@ def accumulate_ellipse(
     """Add the error ellipses of a message to the running sums of an exchange."""
     beam, weight = heard.range_bearing[slot], float(heard.n_averaged[slot])
     for area in range(2):
-        if message.told[area]:
+        if message.has_estimate[area]:
             psi = heard_direction(beam[1], beam[2], message.long_direction[area])
             long, short = message.p[area], message.short_axis[area]
             xx, xy, yy = to_matrix(long, short, psi + belief.pose[2])
@@ -143,7 +143,7 @@ def accumulate_ellipse(
 
 
 @kernel
-def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def update_ellipse_exchange(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Start, continue or end the exchange of robot i, with ellipses; return whether it ended."""
     belief = minds[i].belief
     was_alone = belief.partner == NOBODY
@@ -277,17 +277,17 @@ def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
     """Replace the locations, p and ellipses of a robot's message by those of a lie."""
     falsify(mind, lie)
     for area in range(2):
-        if mind.message.told[area]:
+        if mind.message.has_estimate[area]:
             mind.message.short_axis[area] = mind.message.p[area]
 
 
 @kernel
 def repeat_ellipse(mind: EllipseMind) -> None:
-    """Replace the message by the kept one, ellipses included; without one, keep the message."""
+    """Replace the message by the stale one, ellipses included; without one, keep the message."""
     if repeat(mind):
-        turned = mind.kept_pose[2] - mind.belief.pose[2]
+        turned = mind.stale_pose[2] - mind.belief.pose[2]
         for area in range(2):
-            direction = mind.kept.long_direction[area] + turned
+            direction = mind.stale_message.long_direction[area] + turned
             mind.message.long_direction[area] = wrap(direction)
 
 
@@ -301,7 +301,7 @@ class CovarianceParameters(CovarianceFilterParameters):
         "compose": compose,
         "repeat": repeat_ellipse,
         "falsify": falsify_ellipse,
-        "update_exchange": listen,
+        "update_exchange": update_ellipse_exchange,
         "merge": merge,
     }
     own_rule = Covariance()

@@ -34,7 +34,7 @@ from swarm_forage_env.interface import EstimatorLayer
 from swarm_forage_env.record import Numbers, Record, field
 
 
-class Told(Record):
+class Entry(Record):
     """Estimate of a pose that enters a fusion: the robot's own, or a neighbour's."""
 
     pose: Pose = field(np.float64, 3, unit="m, m, rad")
@@ -49,7 +49,7 @@ class Told(Record):
 class IntersectionMind(PoseMind):
     """State of a robot under covariance intersection."""
 
-    told: Told = field(Told)
+    entry: Entry = field(Entry)
     """Working space: an entry of the list of estimates to fuse, which has an entry per robot."""
     total: Matrix3 = field(np.float64, 3, 3)
     """Working space: a sum over the list."""
@@ -58,7 +58,7 @@ class IntersectionMind(PoseMind):
 
 
 @kernel
-def weigh_told(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
+def weigh_estimates(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
     """Write the weights of the first n estimates of the list, in closed form; they sum to one.
 
         I_q = (P^q)^-1,   S = sum_q I_q
@@ -73,17 +73,17 @@ def weigh_told(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
     for q in range(n):
         for a in range(3):
             for b in range(3):
-                S[a, b] += minds[q].told.inverse[a, b]
+                S[a, b] += minds[q].entry.inverse[a, b]
     det_S, total = determinant3(S), 0.0
     for j in range(n):
-        inverse = minds[j].told.inverse
+        inverse = minds[j].entry.inverse
         for a in range(3):
             for b in range(3):
                 rest[a, b] = S[a, b] - inverse[a, b]
-        minds[j].told.weight = det_S - determinant3(rest) + determinant3(inverse)
-        total += minds[j].told.weight
+        minds[j].entry.weight = det_S - determinant3(rest) + determinant3(inverse)
+        total += minds[j].entry.weight
     for j in range(n):
-        minds[j].told.weight /= total
+        minds[j].entry.weight /= total
 
 
 @kernel
@@ -125,7 +125,7 @@ def add_sight_noise(
 
 
 @kernel
-def hear_pose(minds: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told) -> None:
+def hear_pose(minds: Array, i: int, j: int, sightings: Array, numbers: Numbers, out: Entry) -> None:
     """Write robot j's estimate of the pose of robot i, which it sees, and its covariance.
 
     Heading: theta_i = theta_j + b_ji + pi - b_ij, by the bearings at which they see each other.
@@ -134,21 +134,21 @@ def hear_pose(minds: Array, i: int, j: int, sightings: Array, numbers: Numbers, 
     """
     far, back = float(sightings[j, i].range), float(sightings[j, i].bearing)
     bearing = float(sightings[i, j].bearing)
-    told.P = minds[j].said.P
-    own, other, P = minds[i].said.pose, minds[j].said.pose, told.P
+    out.P = minds[j].sent.P
+    own, other, P = minds[i].sent.pose, minds[j].sent.pose, out.P
     if numbers.authors > 0.0:
         direction = back + 2.0 * minds[j].compass - other[2]
         ahead = bearing + 2.0 * minds[i].compass - own[2]
-        told.pose[2] = own[2] - wrap(direction + math.pi - ahead)
+        out.pose[2] = own[2] - wrap(direction + math.pi - ahead)
         P[0, 0] += numbers.range_noise
         P[1, 1] += numbers.range_noise
         P[2, 2] += numbers.bearing_noise
     else:
         direction = back + other[2]
         heading = other[2] + back + math.pi - bearing
-        told.pose[2] = own[2] + wrap(heading - own[2])
+        out.pose[2] = own[2] + wrap(heading - own[2])
         add_sight_noise(far, direction, numbers.range_noise**2, numbers.bearing_noise**2, P)
-    told.pose[0], told.pose[1] = place_of_neighbour(other[0], other[1], far, direction)
+    out.pose[0], out.pose[1] = place_of_neighbour(other[0], other[1], far, direction)
 
 
 @kernel
@@ -163,7 +163,7 @@ def fuse(minds: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
     identity3(0.0, information)
     vx, vy, vt = 0.0, 0.0, 0.0
     for q in range(n):
-        w, info, x = minds[q].told.weight, minds[q].told.inverse, minds[q].told.pose
+        w, info, x = minds[q].entry.weight, minds[q].entry.inverse, minds[q].entry.pose
         for a in range(3):
             for b in range(3):
                 information[a, b] += w * info[a, b]
@@ -176,16 +176,16 @@ def fuse(minds: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
 
 
 @kernel
-def gather_told(minds: Array, i: int, sightings: Array, numbers: Numbers) -> int:
+def list_estimates(minds: Array, i: int, sightings: Array, numbers: Numbers) -> int:
     """List robot i's own estimate and those by robots in mutual sight; return their number."""
-    told, said, n = minds[0].told, minds[i].said, 1
-    inverse3(said.P, told.inverse)
-    told.pose = said.pose
+    entry, sent, n = minds[0].entry, minds[i].sent, 1
+    inverse3(sent.P, entry.inverse)
+    entry.pose = sent.pose
     for j in range(minds.shape[0]):
         if sightings[i, j].seen and sightings[j, i].seen:
-            told = minds[n].told
-            hear_pose(minds, i, j, sightings, numbers, told)
-            inverse3(told.P, told.inverse)
+            entry = minds[n].entry
+            hear_pose(minds, i, j, sightings, numbers, entry)
+            inverse3(entry.P, entry.inverse)
             n += 1
     return n
 
@@ -202,16 +202,16 @@ def intersect(minds: Array, shared: Array, sightings: Array, numbers: Numbers) -
     """
     least = 2 if numbers.authors > 0.0 else 1
     for i in range(minds.shape[0]):
-        minds[i].said = minds[i].belief
+        minds[i].sent = minds[i].belief
     for i in range(minds.shape[0]):
-        n = gather_told(minds, i, sightings, numbers)
+        n = list_estimates(minds, i, sightings, numbers)
         if n <= least:
             continue
-        weigh_told(minds, n, minds[i].total, minds[i].rest)
+        weigh_estimates(minds, n, minds[i].total, minds[i].rest)
         share = float(minds[i].exchange.weight[0])
         for q in range(n):
-            minds[q].told.weight *= share
-        minds[0].told.weight += 1.0 - share
+            minds[q].entry.weight *= share
+        minds[0].entry.weight += 1.0 - share
         fuse(minds, n, minds[i].total, minds[i].belief)
 
 

@@ -54,7 +54,7 @@ MAX_JUMP, MAX_GROWTH = 0.5, 1.0
 """Jump [m] and growth of |P| from which the authors' code refuses a correction."""
 
 NEAREST = 1e-3  # least distance at which a sighting is used [m] (chosen)
-FACTOR, SAID = 0, 1  # memory of a pair: the factor, and the factor as sent
+FACTOR, SENT = 0, 1  # memory of a pair: the factor, and the factor as sent
 
 Factors = Float64[Array, "robots 3 3"]  # s_ij of robot i for each robot j
 Joint = Float64[Array, "6 6"]
@@ -248,7 +248,7 @@ def slipped_direction(mind: FilterMind, bearing: float) -> float:
 
     Source: BOIDS, authors' code.
     """
-    return wrap(bearing + (2.0 * mind.compass - mind.said.pose[2]))
+    return wrap(bearing + (2.0 * mind.compass - mind.sent.pose[2]))
 
 
 @kernel
@@ -262,12 +262,12 @@ def correct_one(
 
     Source: BOIDS, authors' code.
     """
-    one, other, update = minds[i].belief, minds[j].said, minds[i].update
+    one, other, update = minds[i].belief, minds[j].sent, minds[i].update
     dx, dy = other.pose[0] - one.pose[0], other.pose[1] - one.pose[1]
     expected = hypot(dx, dy)
     if expected == 0.0:
         return
-    product3_transposed(shared[i, j, FACTOR], shared[j, i, SAID], update.cross)
+    product3_transposed(shared[i, j, FACTOR], shared[j, i, SENT], update.cross)
     join(one.P, other.P, update)
     sight_jacobian(dx, dy, 0.0, update.G)
     share = float(minds[i].exchange.weight[0])
@@ -308,11 +308,11 @@ def correct_each_alone(
     Source: BOIDS, authors' code.
     """
     for i in range(minds.shape[0]):
-        minds[i].said = minds[i].belief
+        minds[i].sent = minds[i].belief
         for j in range(minds.shape[0]):
             for a in range(3):
                 for b in range(3):
-                    shared[i, j, SAID, a, b] = shared[i, j, FACTOR, a, b]
+                    shared[i, j, SENT, a, b] = shared[i, j, FACTOR, a, b]
     for i in range(minds.shape[0]):
         for j in range(minds.shape[0]):
             if sightings[i, j].seen:

@@ -36,7 +36,7 @@ def falsify(mind: SocialMind, lie: Lie) -> None:
     """Replace the locations in a message by those of a lie, and p unless the lie keeps it."""
     message = mind.message
     for area in range(2):
-        if message.told[area]:
+        if message.has_estimate[area]:
             distance, direction = float(message.distance[area]), float(message.direction[area])
             distance, direction = false_place(distance, direction, lie, area)
             message.distance[area], message.direction[area] = distance, wrap(direction)
@@ -46,11 +46,11 @@ def falsify(mind: SocialMind, lie: Lie) -> None:
 
 @kernel
 def retell(mind: SocialMind) -> None:
-    """Write the kept message again, with its locations as seen from the present believed pose."""
-    message, then, now = mind.message, mind.kept_pose, mind.belief.pose
-    mind.message = mind.kept
+    """Write the stale message again, with its locations as seen from the present believed pose."""
+    message, then, now = mind.message, mind.stale_pose, mind.belief.pose
+    mind.message = mind.stale_message
     for area in range(2):
-        if message.told[area]:
+        if message.has_estimate[area]:
             distance, direction = float(message.distance[area]), message.direction[area] + then[2]
             c, s = cos_sin(direction)
             dx = then[0] + distance * c - now[0]
@@ -61,10 +61,11 @@ def retell(mind: SocialMind) -> None:
 
 @kernel
 def repeat(mind: SocialMind) -> bool:
-    """Replace the message by the kept one, or keep this one; return whether it was replaced."""
-    if mind.is_kept:
+    """Replace the message by the stale one, or keep this one; return whether it was replaced."""
+    if mind.has_stale_message:
         retell(mind)
         return True
-    if mind.message.told[0] or mind.message.told[1]:
-        mind.kept, mind.kept_pose, mind.is_kept = mind.message, mind.belief.pose, True
+    if mind.message.has_estimate[0] or mind.message.has_estimate[1]:
+        mind.stale_message, mind.stale_pose = mind.message, mind.belief.pose
+        mind.has_stale_message = True
     return False

@@ -183,7 +183,7 @@ def describe(minds: Array, i: int, sightings: Array, readings: Readings, numbers
 
 
 @kernel
-def whole_correction(exchange: Exchange, which: int, numbers: Numbers) -> float:
+def full_correction(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """Return the gain g = 1: every correction is made as the filter computes it.
 
     Source: BOIDS, Section 2.
@@ -238,7 +238,7 @@ class Localisation(Parameters):
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
         """Return the layer for a waypoint scenario."""
-        numbers, own = self.numbers(scenario), WeightingLayer(whole_correction)
+        numbers, own = self.numbers(scenario), WeightingLayer(full_correction)
         return EstimatorLayer(self.mind, numbers, self.kernels, observe_world, own_weighting=own)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:

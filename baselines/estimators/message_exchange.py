@@ -55,8 +55,8 @@ def is_listening(mind: SocialMind) -> bool:
 @kernel
 def was_recently_met(belief: Belief, sender: int) -> bool:
     """Return whether the sender was a partner within the time `refractory`."""
-    for k in range(belief.met.shape[0]):
-        if belief.met[k] == sender and belief.met_ticks_left[k] > 0:
+    for k in range(belief.recent_partners.shape[0]):
+        if belief.recent_partners[k] == sender and belief.recent_ticks_left[k] > 0:
             return True
     return False
 
@@ -65,11 +65,11 @@ def was_recently_met(belief: Belief, sender: int) -> bool:
 def remember_partner(belief: Belief, ticks: int) -> None:
     """Store the partner over the remembered one whose time ends first."""
     k = 0
-    for other in range(1, belief.met.shape[0]):
-        if belief.met_ticks_left[other] < belief.met_ticks_left[k]:
+    for other in range(1, belief.recent_partners.shape[0]):
+        if belief.recent_ticks_left[other] < belief.recent_ticks_left[k]:
             k = other
-    belief.met[k] = belief.partner
-    belief.met_ticks_left[k] = ticks
+    belief.recent_partners[k] = belief.partner
+    belief.recent_ticks_left[k] = ticks
 
 
 @kernel
@@ -84,7 +84,7 @@ def is_useful(belief: Belief, message: Message, numbers: Numbers) -> bool:
     and whose own p is at least `listens_above` [m]."""
     for area in range(2):
         is_unsure = not belief.known[area] or belief.p[area] >= numbers.listens_above
-        if message.told[area] and is_unsure and may_merge(belief, area, numbers):
+        if message.has_estimate[area] and is_unsure and may_merge(belief, area, numbers):
             return True
     return False
 
@@ -121,7 +121,7 @@ def accumulate_message(
     """
     c, s = cos_sin(belief.pose[2])
     for area in range(2):
-        if message.told[area]:
+        if message.has_estimate[area]:
             ahead, left = heard_location(
                 beam[0], beam[1], beam[2], message.distance[area], message.direction[area]
             )
@@ -137,8 +137,8 @@ def accumulate_message(
 def has_partner(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Count down the recent partners; start an exchange if possible; return whether one is open."""
     belief = minds[i].belief
-    for k in range(belief.met_ticks_left.shape[0]):
-        belief.met_ticks_left[k] = max(belief.met_ticks_left[k] - 1, 0)
+    for k in range(belief.recent_ticks_left.shape[0]):
+        belief.recent_ticks_left[k] = max(belief.recent_ticks_left[k] - 1, 0)
     if belief.partner == NOBODY:
         if belief.ignore_ticks > 0 or heard.n == 0:
             return False
@@ -248,12 +248,12 @@ def write_estimate(belief: Belief, area: int, message: Message) -> None:
 
 
 @kernel
-def in_steps(value: float, step: float, n_steps: float) -> float:
+def quantised(value: float, step: float, n_steps: float) -> float:
     """Round to the nearest multiple of a step that a word holds: at most n - 1 steps.
 
-    >>> in_steps(0.34, 0.25, 256.0)
+    >>> quantised(0.34, 0.25, 256.0)
     0.25
-    >>> in_steps(99.0, 0.25, 256.0)
+    >>> quantised(99.0, 0.25, 256.0)
     63.75
     """
     return min(math.floor(value / step + 0.5), n_steps - 1.0) * step
@@ -265,8 +265,8 @@ def round_estimate(message: Message, area: int, n_steps: float) -> None:
 
     The steps are DISTANCE_RANGE / n for distance, P_RANGE / n for p, 2 pi / n for direction.
     """
-    message.distance[area] = in_steps(message.distance[area], DISTANCE_RANGE / n_steps, n_steps)
-    message.p[area] = in_steps(message.p[area], P_RANGE / n_steps, n_steps)
+    message.distance[area] = quantised(message.distance[area], DISTANCE_RANGE / n_steps, n_steps)
+    message.p[area] = quantised(message.p[area], P_RANGE / n_steps, n_steps)
     step = 2.0 * math.pi / n_steps
     message.direction[area] = wrap(math.floor(message.direction[area] / step + 0.5) * step)
 
@@ -275,8 +275,8 @@ def round_estimate(message: Message, area: int, n_steps: float) -> None:
 def compose(mind: SocialMind, numbers: Numbers) -> None:
     """Write the message: distance, direction and p of every area that the robot sends."""
     for area in range(2):
-        mind.message.told[area] = sends_estimate(mind.belief, area, numbers)
-        if mind.message.told[area]:
+        mind.message.has_estimate[area] = sends_estimate(mind.belief, area, numbers)
+        if mind.message.has_estimate[area]:
             write_estimate(mind.belief, area, mind.message)
             if numbers.n_steps > 0.0:
                 round_estimate(mind.message, area, numbers.n_steps)

@@ -67,7 +67,7 @@ class PoseMind(Record):
     """Estimate with all corrections."""
     reckoned: PoseBelief = field(PoseBelief)
     """Estimate without neighbours: dead reckoning between visits at home."""
-    said: PoseBelief = field(PoseBelief)
+    sent: PoseBelief = field(PoseBelief)
     """Estimate as sent to the neighbours, before any correction by them."""
     compass: float = field(np.float32, unit="rad")
     """Heading without error in this tick. Writer: `update_belief`."""

@@ -223,7 +223,7 @@ def merge(mind: ReputationMind, shared: Array, heard_p_share: float, numbers: Nu
             continue
         if belief.known[area] or is_copied(mind, area, numbers):
             merge_area(belief, area, float(mind.exchange.weight[area]), heard_p_share)
-            belief.pending_from[area] = NOBODY
+            belief.pending_sender[area] = NOBODY
 
 
 @ESTIMATORS.register("reputation_odometry")

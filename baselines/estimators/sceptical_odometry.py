@@ -36,7 +36,7 @@ class ScepticalBelief(Belief):
 
     pending: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
     """Last heard location of each unknown area, own frame."""
-    pending_from: Int32[Array, " areas"] = field(np.int32, 2, start=NOBODY)
+    pending_sender: Int32[Array, " areas"] = field(np.int32, 2, start=NOBODY)
     """Robot that sent it; NOBODY if nothing is pending."""
 
 
@@ -54,9 +54,9 @@ def is_confirmed(belief: ScepticalBelief, area: int, agreement: float) -> bool:
     """
     x, y = heard_place(belief, area)
     apart = hypot(x - belief.pending[area, 0], y - belief.pending[area, 1])
-    witness = belief.pending_from[area]
+    witness = belief.pending_sender[area]
     belief.pending[area, 0], belief.pending[area, 1] = x, y
-    belief.pending_from[area] = belief.last_partner
+    belief.pending_sender[area] = belief.last_partner
     return bool(witness != NOBODY and witness != belief.last_partner and apart <= agreement)
 
 
@@ -69,7 +69,7 @@ def merge(mind: ScepticalMind, shared: Array, heard_p_share: float, numbers: Num
             continue
         if belief.known[area] or is_confirmed(belief, area, numbers.agreement):
             merge_area(belief, area, float(mind.exchange.weight[area]), heard_p_share)
-            belief.pending_from[area] = NOBODY
+            belief.pending_sender[area] = NOBODY
 
 
 @ESTIMATORS.register("sceptical_odometry")

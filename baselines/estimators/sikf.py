@@ -175,16 +175,16 @@ def update_belief(
 
 
 @kernel
-def scale_covariance(belief: CovarianceBelief, area: int, kept: float) -> float:
-    """Scale the covariance of an area by `kept` = 1 - g, in place; return p after it [m].
+def scale_covariance(belief: CovarianceBelief, area: int, factor: float) -> float:
+    """Scale the covariance of an area by `factor` = 1 - g, in place; return p after it [m].
 
         P_i = (1 - g) P_i, hence |P_i| = (1 - g) |P_i|
 
     Source: TR, Eq. 35.
     """
     for moment in range(N_MOMENTS):
-        belief.moments[area, moment] *= kept
-    return float(belief.p[area] * math.sqrt(kept))
+        belief.moments[area, moment] *= factor
+    return float(belief.p[area] * math.sqrt(factor))
 
 
 @kernel

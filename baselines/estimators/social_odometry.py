@@ -84,17 +84,17 @@ def describe_exchange(belief: Belief, exchange: Exchange) -> None:
     """Describe the exchange that just ended, before it is merged; zeros for unknown values."""
     for area in range(2):
         own_p = own_distance = heard_p = heard_distance = apart = 0.0
-        is_told = belief.heard_weight[area] > 0.0
+        is_heard = belief.heard_weight[area] > 0.0
         if belief.known[area]:
             dx, dy = displacement_to(belief, area)
             own_p, own_distance = belief.p[area], hypot(dx, dy)
-        if is_told:
+        if is_heard:
             x, y = heard_place(belief, area)
             heard_p = belief.heard_p[area]
             heard_distance = hypot(x - belief.pose[0], y - belief.pose[1])
             if belief.known[area]:
                 apart = hypot(x - belief.location[area, 0], y - belief.location[area, 1])
-        exchange.own_known[area], exchange.heard_known[area] = belief.known[area], is_told
+        exchange.own_known[area], exchange.heard_known[area] = belief.known[area], is_heard
         exchange.own_p[area], exchange.own_distance[area] = own_p, own_distance
         exchange.heard_p[area], exchange.heard_distance[area] = heard_p, heard_distance
         exchange.disagreement[area] = apart

@@ -54,7 +54,7 @@ class _Layout:
     series: Sequence[str]
     styles: Mapping[str, SeriesStyle]  # by series, or by tick if there is only one series
     n: int  # usual size of a sample; boxes of other sizes are labelled
-    lies: bool  # boxes are horizontal; ticks are names, at their left
+    is_horizontal: bool  # boxes are horizontal; ticks are names, at their left
     is_log: bool  # ticks are numbers that span decades
 
     @property
@@ -79,7 +79,7 @@ def box_panels(
     """
     layout = _layout(panels, controllers or {}, caption.n)
     n_ticks = max(map(len, panels.values()))
-    if layout.lies:
+    if layout.is_horizontal:
         names = [wrapped_name(tick, LETTERS) for groups in panels.values() for tick in groups]
         row = max(ROW, LINE_HEIGHT * (1 + max(name.count("\n") for name in names)) + 0.06)
         least = NAMED if max(map(len, names)) < 8 else SHORT
@@ -89,8 +89,9 @@ def box_panels(
     figure, all_axes = panel_grid(len(panels), least, height)
     for axes, (title, groups) in zip(all_axes, panels.items(), strict=True):
         _draw_groups(axes, groups, layout)
-        finish_panel(axes, title, axes_names[::-1] if layout.lies else axes_names, layout.lies)
-        axes.tick_params(axis="y" if layout.lies else "x", length=0.0)
+        labels = axes_names[::-1] if layout.is_horizontal else axes_names
+        finish_panel(axes, title, labels, layout.is_horizontal)
+        axes.tick_params(axis="y" if layout.is_horizontal else "x", length=0.0)
     return finish_figure(figure, all_axes, caption, layout.series)
 
 
@@ -105,8 +106,8 @@ def _layout(
     try:
         numbers = np.array(ticks, np.float64)
     except ValueError:  # ticks are names
-        return _Layout(series, styles, n, lies=len(series) == 1, is_log=False)
-    return _Layout(series, styles, n, lies=False, is_log=spans_decades(numbers))
+        return _Layout(series, styles, n, is_horizontal=len(series) == 1, is_log=False)
+    return _Layout(series, styles, n, is_horizontal=False, is_log=spans_decades(numbers))
 
 
 def _draw_groups(axes: Axes, groups: Samples, layout: _Layout) -> None:
@@ -127,7 +128,7 @@ def _draw_groups(axes: Axes, groups: Samples, layout: _Layout) -> None:
 
 
 def _set_ticks(axes: Axes, groups: Samples, layout: _Layout, limits: tuple[float, float]) -> None:
-    if layout.lies:
+    if layout.is_horizontal:
         axes.set_yticks(range(len(groups)), [wrapped_name(tick, LETTERS) for tick in groups])
         axes.set_ylim(*limits[::-1])  # the first on top
     elif layout.is_log:
@@ -156,7 +157,7 @@ def _draw_boxes(
     drawn = axes.boxplot(
         [list(values) for values, _, _ in boxes],
         positions=[at for _, at, _ in boxes],
-        orientation="horizontal" if layout.lies else "vertical",
+        orientation="horizontal" if layout.is_horizontal else "vertical",
         whis=1.5,
         widths=width,
         patch_artist=True,
@@ -188,9 +189,10 @@ def _annotate_sample_size(axes: Axes, values: Sequence[float], at: float, layout
     """Write n, or "none", at the end of a box whose sample size differs from the usual one."""
     text = f"n = {len(values)}" if len(values) else "none"
     end = max(values, default=0.0)
-    place, offset = ((end, at), (4, 0)) if layout.lies else ((at, end), (0, 4))
+    place, offset = ((end, at), (4, 0)) if layout.is_horizontal else ((at, end), (0, 4))
     axes.annotate(
         text, place, xytext=offset, textcoords="offset points", color=FAINT,
-        ha="left" if layout.lies else "center", va="center" if layout.lies else "bottom",
+        ha="left" if layout.is_horizontal else "center",
+        va="center" if layout.is_horizontal else "bottom",
         fontsize=style_in_use().points(TICK - 1.0), annotation_clip=False,
     )  # fmt: skip

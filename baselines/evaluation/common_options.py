@@ -102,8 +102,8 @@ def find_backend(
     """Return the backend of the options; ConfigError if they do not fit or no cluster answers."""
     from baselines.evaluation.evaluate_options import check_count
 
-    given = ("--backend", name, "joblib"), ("--workers", workers, 1), ("--threads", threads, 1)
-    for option, value, usual in given:
+    cpu_only = ("--backend", name, "joblib"), ("--workers", workers, 1), ("--threads", threads, 1)
+    for option, value, usual in cpu_only:
         if device != "cpu" and value != usual:
             other = f"leave it out, or --device={device}"
             raise ConfigError(f"{option}={value}: spreads worlds over CPUs; {other}")

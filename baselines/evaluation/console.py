@@ -24,13 +24,13 @@ def say(line: str) -> None:
     sys.stderr.write(f"swarm-forage: {line}\n")
 
 
-def count_noun(n: int, what: str) -> str:
+def count_noun(n: int, noun: str) -> str:
     """Return a number with its noun, in the plural if needed.
 
     >>> count_noun(1, "robot"), count_noun(20, "episode")
     ('1 robot', '20 episodes')
     """
-    return f"{n} {what}" if n == 1 else f"{n} {what}s"
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:

@@ -99,11 +99,11 @@ class DamagedFileError(Exception):
     """Damaged dataset file: it does not hold the episodes that its name states."""
 
 
-def unread(what: str, reason: DamagedFileError | OSError) -> ConfigError:
+def unread(subject: str, reason: DamagedFileError | OSError) -> ConfigError:
     """Return the error for a file that cannot be read or has the wrong content."""
     if isinstance(reason, OSError):
-        return ConfigError(f"{what}: cannot be read ({reason.strerror})")
-    return ConfigError(f"{what}: {reason}; remove it and run the command that made it again")
+        return ConfigError(f"{subject}: cannot be read ({reason.strerror})")
+    return ConfigError(f"{subject}: {reason}; remove it and run the command that made it again")
 
 
 class Dataset:
@@ -150,9 +150,9 @@ class Dataset:
         """Read the stored episodes with these seeds, by seed; damaged files are set aside."""
         kind, wanted = task_of(configuration.scenario).episode, set(seeds)
         episodes: dict[int, AnyEpisode] = {}
-        for own, file in self.files(configuration).items():
-            if not wanted.isdisjoint(own):
-                check = partial(_episodes, configuration, kind, own)
+        for stored, file in self.files(configuration).items():
+            if not wanted.isdisjoint(stored):
+                check = partial(_episodes, configuration, kind, stored)
                 episodes |= {each.seed: each for each in self.read_checked(file, check) or ()}
         return {seed: episodes[seed] for seed in wanted & episodes.keys()}
 
@@ -166,9 +166,9 @@ class Dataset:
         except FileNotFoundError:
             return None
         except DamagedFileError as damage:
-            aside = file.with_name(f"_{file.name}{DAMAGED}")
-            self.rename(file, aside)
-            LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
+            damaged_file = file.with_name(f"_{file.name}{DAMAGED}")
+            self.rename(file, damaged_file)
+            LOGGER.warning("%s: %s; set aside, the episode is run again", damaged_file, damage)
             return None
 
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
@@ -252,10 +252,10 @@ def with_checksum(text: str) -> bytes:
     return b"%08x %b" % (crc32(content), content)
 
 
-def checked_text(kept: bytes) -> str:
+def checked_text(content: bytes) -> str:
     """The text that was written with a checksum; DamagedFileError if changed."""
-    text = kept.partition(b" ")[2].decode(errors="replace")
-    if kept != with_checksum(text):
+    text = content.partition(b" ")[2].decode(errors="replace")
+    if content != with_checksum(text):
         raise DamagedFileError("not a readable Parquet file")
     return text
 

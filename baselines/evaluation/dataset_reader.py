@@ -132,13 +132,13 @@ def read_groups(
         if (not scenarios or scenario in scenarios) and (not names or controller in names):
             part = _read(file, scenario, controller)
             parts.setdefault(part.key, []).append(part)
-    asked = {}
+    name_of = {}
     for each in (each for each in controllers if ":" in each):
         layered = find_layered_controller(each)
-        asked[layered.name, changed_parameters(layered)] = each
+        name_of[layered.name, changed_parameters(layered)] = each
     wanted = []
     for group in _named_apart([_joined(each) for each in parts.values()]):
-        if name := asked.get((group.controller, group.parameters)):
+        if name := name_of.get((group.controller, group.parameters)):
             wanted.append(replace(group, asked=name))
         elif not controllers or group.controller in controllers:
             wanted.append(group)
@@ -194,8 +194,8 @@ def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
     except (DamagedFileError, OSError) as damage:
         raise unread(f"dataset file {file}", damage) from None
     for kind in (TASKS[each].episode for each in ([task] if task else TASKS)):
-        whole = _with_all_columns(table, kind)
-        rows = whole.to_pylist() if whole.schema.equals(schema(kind)) else []
+        complete = _with_all_columns(table, kind)
+        rows = complete.to_pylist() if complete.schema.equals(schema(kind)) else []
         if len({each["configuration"] for each in rows}) == 1:
             asked = name or short_label(controller, rows[0]["parameters"])
             episodes = tuple(episode_of(each, kind, scenario, controller) for each in rows)
@@ -229,11 +229,11 @@ def _named_apart(groups: Sequence[EpisodeGroup]) -> Iterator[EpisodeGroup]:
 
 def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:
     files = [file for source in sources for file in _files(source)]
-    there = {field: {_in_folder(file, field) for file in files} for field in IN_FOLDERS}
-    asked = [f"--scenario {each}" for each in scenarios]
-    asked += [f"--controller {each}" for each in controllers]
-    held = "; ".join(f"{field}s {', '.join(sorted(there[field]))}" for field in IN_FOLDERS)
-    return f"{' '.join(asked)}: no such episodes in {', '.join(sources)}, which holds {held}"
+    values_of = {field: {_in_folder(file, field) for file in files} for field in IN_FOLDERS}
+    filters = [f"--scenario {each}" for each in scenarios]
+    filters += [f"--controller {each}" for each in controllers]
+    values = "; ".join(f"{field}s {', '.join(sorted(values_of[field]))}" for field in IN_FOLDERS)
+    return f"{' '.join(filters)}: no such episodes in {', '.join(sources)}, which holds {values}"
 
 
 def _check_code(groups: Sequence[EpisodeGroup]) -> None:

@@ -56,14 +56,14 @@ class EvaluateOptions:
         with of_option("--"):
             for each in configurations:
                 check_device(device, each.physics)
-                what = each.scenario, each.controller, (0,), each.physics
-                placed(Loop(*what, is_blank=True), device)
+                terms = each.scenario, each.controller, (0,), each.physics
+                placed(Loop(*terms, is_blank=True), device)
         dataset = open_dataset(str(out or Path("runs") / folder_name(scenario.name)))
         if not trajectories:
             return Plan(configurations, seeds, dataset)
-        beside = Trajectories(dataset)
-        beside.open()
-        return Plan(configurations, seeds, dataset, beside)
+        trajectory_files = Trajectories(dataset)
+        trajectory_files.open()
+        return Plan(configurations, seeds, dataset, trajectory_files)
 
     def configurations(self) -> list[ExperimentConfig]:
         """Return the configuration of each controller; ConfigError if two are the same."""

@@ -111,7 +111,7 @@ class ExperimentConfig:
             (each for each in read if each.suffix == ".py"),
             *(_files(each, Parameters) for each in parts),
         )
-        files = set(world.rglob("*.py")).union(*map(_beside, homes))
+        files = set(world.rglob("*.py")).union(*map(_source_files, homes))
         files = {each for each in files if not _is_unhashed(each, world)} | read
         files |= _files(self.controller, LayeredController)
         files |= {Path(running.__file__), Path(composition.__file__), Path(episode.__file__)}
@@ -197,7 +197,7 @@ def _is_unhashed(file: Path, world: Path) -> bool:
     return not NOT_HASHED.keys().isdisjoint(inside)
 
 
-def _beside(home: Path) -> Iterable[Path]:
+def _source_files(home: Path) -> Iterable[Path]:
     """Return the Python files of a file's folder, or of its whole package if it is not in OURS."""
     folder = home.parent
     while (folder.parent / "__init__.py").is_file():

@@ -241,5 +241,5 @@ def save_figure(figure: Figure, file: Path, title: str = "Round trips") -> None:
     write_atomically(file, content.getvalue())
     words = {"title": title, **asdict(figure.caption)}
     del words["n"]
-    beside = file.with_name(f"{file.name}.json")
-    write_atomically(beside, (json.dumps(words, indent=1) + "\n").encode())
+    caption_file = file.with_name(f"{file.name}.json")
+    write_atomically(caption_file, (json.dumps(words, indent=1) + "\n").encode())

@@ -102,8 +102,8 @@ def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -
         axes.xaxis.set_minor_formatter(NullFormatter())
         return
     letters = max(len(f"{place:g}") for place in places) + 1
-    room = LETTER * style_in_use().points(TICK) * letters / (panel_width(axes) - 0.6)
-    if len(places) <= NUMBERED and np.all(np.diff(places) > room * (places[-1] - left)):
+    label_width = LETTER * style_in_use().points(TICK) * letters / (panel_width(axes) - 0.6)
+    if len(places) <= NUMBERED and np.all(np.diff(places) > label_width * (places[-1] - left)):
         axes.set_xticks(places)
     else:
         axes.xaxis.set_major_locator(MaxNLocator("auto", integer=not np.any(every_x % 1.0)))

@@ -125,8 +125,8 @@ def _layers(listed: LayeredController | Parameters) -> dict[str, tuple[str, Para
     return {layer: (name, listed) for layer, name in names.items() if name}
 
 
-def _parts(whole: Parameters, prefix: str = "") -> Iterator[tuple[str, Parameters]]:
-    for name, value in whole:
+def _parts(group: Parameters, prefix: str = "") -> Iterator[tuple[str, Parameters]]:
+    for name, value in group:
         if isinstance(value, Parameters):
             yield prefix + name, value
             yield from _parts(value, f"{prefix}{name}.")

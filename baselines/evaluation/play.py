@@ -19,7 +19,7 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.device_loop import LAYERS, WORLD
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.decision_kernels import observe
-from swarm_forage_env.envs.pilot import ARRAYS_KEPT, Pilot, pilot_and_layers
+from swarm_forage_env.envs.pilot import READ_ONLY_ARRAYS, Pilot, pilot_and_layers
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.errors import ConfigError
@@ -42,7 +42,7 @@ from swarm_forage_env.rendering.replay import obstacles_shown
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.targets import linked_for_web, llvm_text_of, memory_of, ticks_of
 from swarm_forage_env.task import stage_of
-from swarm_forage_env.ticks import BEGINS, begin_worlds, nothing
+from swarm_forage_env.ticks import START, begin_worlds, nothing
 
 MAX_CONTROLLERS = 2  # maximum number of swarms side by side
 FRAME = 1.0  # time between two frames of a page [s]
@@ -58,7 +58,7 @@ WORDS = {  # settings that a visitor changes: label and unit
     "weighting.beta": ("Beta", ""),
 }
 
-OF_CONTROLLER = ("weighting.beta",)
+CONTROLLER_PARAMETERS = ("weighting.beta",)
 
 FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
 """Values of a setting, as multiples of the usual one; those that are refused are left out."""
@@ -187,7 +187,7 @@ def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> 
     """Return the swarm with these changes; ConfigError if they are refused."""
     scenario, controller = configuration.scenario, configuration.controller
     settings: tuple[str, ...] = ()
-    if changes.keys() <= {*OF_CONTROLLER}:
+    if changes.keys() <= {*CONTROLLER_PARAMETERS}:
         own = {name: value for name, value in changes.items() if name in controller.parameters}
         controller = controller.with_parameters(own)
     else:
@@ -213,7 +213,7 @@ def _slider(
     name: str, configurations: Sequence[ExperimentConfig], changed: Sequence[Changes]
 ) -> Slider | None:
     """Return a slider of the values that no swarm refuses; None if there are fewer than two."""
-    of_each = [{value for which, value in own if which == name} for own in changed]
+    of_each = [{value for changed_name, value in own if changed_name == name} for own in changed]
     values = sorted(set.intersection(*filter(None, of_each))) if any(of_each) else []
     if len(values) < 2:
         return None
@@ -276,7 +276,7 @@ def program_of(
         [_place(name, array, usual) for name, array in memory.items()],
         [memory[name].shape[axis] for name, (axis, _) in WIDTHS.items()],
         patches,
-        [name for name in OF_CONTROLLER if name in configuration.controller.parameters],
+        [name for name in CONTROLLER_PARAMETERS if name in configuration.controller.parameters],
         _driving(usual),
     )
 
@@ -290,19 +290,19 @@ def _widest(loops: Sequence[Loop]) -> dict[str, tuple[int, ...]]:
     }
 
 
-KEPT = (
+INITIAL_ARRAYS = (
     "worlds", "cells", "obstacles", "settings", "modes", "first_robot", "first_mind",
-    "first_memory", "spans", "bound", "squashes", *ARRAYS_KEPT,
+    "first_memory", "spans", "bound", "squashes", *READ_ONLY_ARRAYS,
 )  # fmt: skip
 """Arrays of a page that are not zero in a new world; they have the same size for any swarm."""
 
-OF_ROBOTS = (
-    "robots", "near", "earned", "faults", "minds", "memories", "shared", "places", "poses",
+ROBOT_ARRAYS = (
+    "robots", "near", "rewards", "faults", "minds", "memories", "shared", "places", "poses",
     "columns", "pilot_actions", "pilot_raw", "pilot_frames", "pilot_seen",
 )  # fmt: skip
 """Arrays whose second axis is that of the robots."""
 
-SAME = {"robot_words": "robots", "mind_words": "minds"}  # arrays that share the memory of another
+VIEWS = {"robot_words": "robots", "mind_words": "minds"}  # arrays in the memory of another
 
 
 def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
@@ -310,7 +310,7 @@ def _memory(swarm: Choice, every: int, widest: Mapping[str, tuple[int, ...]]) ->
     loop = swarm.loop
     n, form = loop.world.n_robots, _form(loop)
     own = dict(zip((*WORLD, *LAYERS, "modes", "errors"), memory_of(loop), strict=True))
-    own["modes"][...] = BEGINS
+    own["modes"][...] = START
     for name, fill in {"cells": EMPTY, "obstacles": 0}.items():
         wide = np.full(widest[name], fill, own[name].dtype)
         wide[tuple(map(slice, own[name].shape))] = own[name]
@@ -356,15 +356,15 @@ def _scenario(loop: Loop) -> Scenario:
     return cast(Scenario, loop.world.scenario)
 
 
-def _names_kept(loop: Loop) -> tuple[str, ...]:
+def _initial_arrays(loop: Loop) -> tuple[str, ...]:
     """Return the names of the arrays of an image; with `faults` if the scenario names robots."""
     is_named = any(kind.robots for _, kind in _scenario(loop).faults)
-    return (*KEPT, "faults") if is_named else KEPT
+    return (*INITIAL_ARRAYS, "faults") if is_named else INITIAL_ARRAYS
 
 
 def _image(memory: Mapping[str, Array], usual: Loop) -> UInt8[Array, " bytes"]:
     """Return the initial memory of a world: the bytes of its kept arrays, concatenated."""
-    arrays = (memory[name] for name in memory if name in _names_kept(usual))
+    arrays = (memory[name] for name in memory if name in _initial_arrays(usual))
     return np.frombuffer(b"".join(each.tobytes() for each in arrays), np.uint8)
 
 
@@ -377,9 +377,9 @@ def _patch(usual: UInt8[Array, " bytes"], other: UInt8[Array, " bytes"]) -> Iter
 
 def _place(name: str, array: Array, usual: Loop) -> ArrayPlace:
     """Return the size of an array in the memory of a page, for any number of robots."""
-    if name in SAME:
-        return ArrayPlace(name, same=SAME[name])
-    if name in _names_kept(usual):
+    if name in VIEWS:
+        return ArrayPlace(name, same=VIEWS[name])
+    if name in _initial_arrays(usual):
         return ArrayPlace(name, array.nbytes, is_kept=True)
     power = 2 if name == "pairs" else len(_axes_of_robots(name, array))
     size = array.nbytes // usual.world.n_robots**power
@@ -391,14 +391,14 @@ def _axes_of_robots(name: str, array: Array) -> tuple[int, ...]:
         return (0,)
     if name == "shared" and array.ndim > 3:
         return 1, 2
-    return (1,) if name in OF_ROBOTS else ()
+    return (1,) if name in ROBOT_ARRAYS else ()
 
 
 def _shape(name: str, array: Array, n: int, every: int) -> str:
     """Return the shape of an array of n robots as an expression of `n_robots`."""
     if name == "pairs":
         return f"({every} * n_robots * n_robots, 2)"
-    if name in SAME:
+    if name in VIEWS:
         return f"(1, n_robots * {array.shape[1] // n})"
     sizes = [str(size) for size in array.shape]
     for axis in _axes_of_robots(name, array):
@@ -449,8 +449,8 @@ def _driving(usual: Loop) -> Driving:
     """Return where a robot's record holds a visitor's commands, and the features observed."""
     robots, form = usual.world.robots.dtype, _form(usual)
     robot = np.zeros(1, robots)
-    whole = {"weighting": np.zeros(1, np.bool_), "motion": np.ones(1, np.bool_)}
-    form.mark_replaced_layers(robot["action"], whole)
+    layers = {"weighting": np.zeros(1, np.bool_), "motion": np.ones(1, np.bool_)}
+    form.mark_replaced_layers(robot["action"], layers)
     at = offset_of(robots, "action")
     return Driving(
         robots.itemsize,

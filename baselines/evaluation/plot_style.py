@@ -84,12 +84,12 @@ def styles_of(
     """
     controller_of = {name: (controllers or {}).get(name, name) for name in names}
     styles: dict[str, SeriesStyle] = {}
-    taken: set[int] = set()
+    used: set[int] = set()
     for name in sorted(controller_of, key=lambda each: ":" in controller_of[each]):
         colour, mark = _colour_and_mark(controller_of[name])
-        while mark in taken and len(taken) < len(MARKERS):
+        while mark in used and len(used) < len(MARKERS):
             mark = (mark + 1) % len(MARKERS)
-        taken.add(mark)
+        used.add(mark)
         styles[name] = _style(colour, mark)
     return {name: styles[name] for name in controller_of}
 

@@ -66,7 +66,7 @@ class RayBackend(Backend):
         handler = signal.getsignal(signal.SIGTERM)  # Ray replaces it
         try:
             ray.init(**options, log_to_driver=False, logging_level=logging.ERROR)
-            ray_worker.print_to_stdstream = _tell  # otherwise printed to stdout, among the results
+            ray_worker.print_to_stdstream = _log  # otherwise printed to stdout, among the results
         except (ConnectionError, RuntimeError, ValueError):
             raise _no_cluster(self.address) from None
         finally:
@@ -95,7 +95,7 @@ class RayBackend(Backend):
                 ray.cancel(each, force=True)
 
 
-def _tell(message: Mapping[str, Sequence[str]], ignore_prefix: bool) -> None:
+def _log(message: Mapping[str, Sequence[str]], ignore_prefix: bool) -> None:
     """Log the first sentence of Ray's message about a node or worker that died."""
     for text in message["lines"]:
         LOGGER.warning("ray: %s", text.partition(". ")[0])

@@ -57,10 +57,10 @@ class Plan:
         self._named = {each.key: each for each in configurations}
         self._stored: dict[str, dict[int, AnyEpisode]] = {}
         for key, configuration in self._named.items():
-            found = dataset.find(configuration, seeds)
+            episodes = dataset.find(configuration, seeds)
             self._stored[key] = {
                 seed: episode
-                for seed, episode in found.items()
+                for seed, episode in episodes.items()
                 if trajectories is None or trajectories.holds(configuration, seed)
             }
             if missing := [seed for seed in seeds if seed not in self._stored[key]]:
@@ -77,8 +77,8 @@ class Plan:
         share = -(-self.n_todo // rounds)
         blocks: list[EpisodeBlock] = []
         for key, todo in self.todo.items():
-            room = worlds_in_a_block(self._named[key], backend.device)
-            size = min(share, backend.threads * room)
+            n_worlds = worlds_in_a_block(self._named[key], backend.device)
+            size = min(share, backend.threads * n_worlds)
             for seeds in np.array_split(np.asarray(todo, np.uint64), -(-len(todo) // size)):
                 blocks.append((self._named[key], tuple(seeds.tolist())))
         return blocks
@@ -89,17 +89,17 @@ class Plan:
         Episodes stored under another name of their controller are written again, as figures show
         it. Those of a block on a GPU are written together. `tell` receives progress of compilation.
         """
-        for key, own in self._named.items():
+        for key, configuration in self._named.items():
             stored = self._stored[key].items()
-            renamed = {seed for seed, each in stored if each.controller != own.label}
-            files = self.dataset.files(own).items() if renamed else ()
+            renamed = {seed for seed, each in stored if each.controller != configuration.label}
+            files = self.dataset.files(configuration).items() if renamed else ()
             for_seeds = [file for seeds, file in files if not renamed.isdisjoint(seeds)]
-            _write_in_threads(partial(self.dataset.relabel, own), for_seeds)
+            _write_in_threads(partial(self.dataset.relabel, configuration), for_seeds)
         missing = [self._named[key] for key in self.todo]
-        for number, own in enumerate(missing, 1):
-            which = f"compiling {number} of {len(missing)}, {own.label}"
-            with report_compiling(lambda function, which=which: tell(f"{which}: {function}")):  # type: ignore[misc]
-                warm_up(own, backend.device)
+        for number, configuration in enumerate(missing, 1):
+            step = f"compiling {number} of {len(missing)}, {configuration.label}"
+            with report_compiling(lambda function, step=step: tell(f"{step}: {function}")):  # type: ignore[misc]
+                warm_up(configuration, backend.device)
         tell("")
         blocks = self.blocks(backend)
         run = partial(_run_block, backend=backend, is_recorded=self.trajectories is not None)
@@ -156,8 +156,8 @@ def evaluate(
 
 def warm_up(configuration: ExperimentConfig, device: Device = "cpu") -> None:
     """Compile every kernel of a configuration, so that workers find them cached."""
-    what = configuration.scenario, configuration.controller, configuration.physics
-    compile_episodes(*what, device)
+    terms = configuration.scenario, configuration.controller, configuration.physics
+    compile_episodes(*terms, device)
 
 
 def _run_block(
@@ -166,8 +166,8 @@ def _run_block(
     """Run a block; return the configuration's key, its episodes, and trajectory files by seed."""
     config, seeds = block
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
-    what = config.scenario, config.controller, seeds, config.physics
-    episodes = run_episodes(*what, backend.threads, recorder, backend.device)
+    terms = config.scenario, config.controller, seeds, config.physics
+    episodes = run_episodes(*terms, backend.threads, recorder, backend.device)
     return config.key, episodes, recorder.contents() if recorder else {}
 
 
@@ -191,7 +191,7 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
     say(f"{scenarios}: {found_so_far}, {n_todo} to run")
     with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=n_todo)
-        for n_episodes in plan.run(backend, lambda what: progress.update(bar, description=what)):
+        for n_episodes in plan.run(backend, lambda text: progress.update(bar, description=text)):
             progress.advance(bar, n_episodes)
     say(f"done in {time.monotonic() - begin:.0f} s")
 

@@ -38,12 +38,12 @@ class FittingTable:
         if _width(names) + sum(widths.values()) > options.max_width:
             lines = (re.sub("([:,])", "\\1\n ", name.plain) for name in names)
             names = [Text(name.replace("+", "\n +")) for name in lines]
-        room = left = options.max_width - _width(names)
+        available = left = options.max_width - _width(names)
         parts: list[list[str]] = [[]]
         for heading, width in widths.items():
             if width > left and parts[-1]:
                 parts.append([])
-                left = room
+                left = available
             parts[-1].append(heading)
             left -= width
         for number, headings in enumerate(parts):
@@ -219,8 +219,8 @@ def _in_line(estimate: Estimate | None) -> Text:
 def _formatted(estimate: Estimate, between: str) -> tuple[str, str]:
     """A value with three digits, or 0.01 with two, and its interval with as many decimals."""
     size = max(abs(estimate.value), *(0.1 * abs(end) for end in estimate.ends))  # 0.00, not 0
-    whole = math.floor(math.log10(size)) + 1 if size else 3
-    decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
+    n_digits = math.floor(math.log10(size)) + 1 if size else 3
+    decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - n_digits)
     value, *ends = (f"{x:z.{decimals}f}" for x in (estimate.value, *(estimate.interval or ())))
     return value, between.join(ends) or NOT_APPLICABLE
 

@@ -66,7 +66,7 @@ def kind_of(task: Task) -> TrajectoryKind:
     return task.trajectory
 
 
-def beside(folder: Path) -> Path:
+def trajectory_folder(folder: Path) -> Path:
     """Return the folder of the trajectories of a dataset folder."""
     named = folder if folder.name not in {"", ".."} else folder.resolve()
     return named.with_name(f"{named.name}-trajectories")
@@ -76,7 +76,7 @@ class Trajectories(Dataset):
     """Folder of the trajectories of a dataset."""
 
     def __init__(self, dataset: Dataset) -> None:
-        super().__init__(beside(dataset.folder), ENDING)
+        super().__init__(trajectory_folder(dataset.folder), ENDING)
 
     def holds(self, configuration: ExperimentConfig, seed: int) -> bool:
         """Return whether the whole trajectory is stored; a damaged file is set aside."""
@@ -144,7 +144,7 @@ class TrajectoryRecorder:
 def find_trajectory(sources: Sequence[str], key: str, seed: int) -> Path | None:
     """Find an episode's trajectory file in or next to dataset folders; None without one."""
     name = f"{key}-seed{seed:08d}{ENDING}"
-    folders = (folder for own in map(Path, sources) for folder in (beside(own), own))
+    folders = (folder for own in map(Path, sources) for folder in (trajectory_folder(own), own))
     return next((file for folder in folders for file in folder.rglob(name)), None)
 
 

@@ -150,9 +150,9 @@ def _ticks(stage: Stage, options: WatchOptions) -> range:
 
 
 def _replay(stage: Stage, chosen: EvaluateOptions, options: WatchOptions, command: str) -> Replay:
-    beside = chosen.controllers[1] if len(chosen.controllers) > 1 else None
+    second = chosen.controllers[1] if len(chosen.controllers) > 1 else None
     colours = tuple(map(colour_of, chosen.controllers))
-    opening = Opening(options.start, options.speed, options.select, beside, colours)
+    opening = Opening(options.start, options.speed, options.select, second, colours)
     return Replay(stage, chosen.seeds()[0], command, len(_ticks(stage, options)), opening)
 
 

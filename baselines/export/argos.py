@@ -27,7 +27,7 @@ Point = Sequence[float]
 WALL = 0.02  # thickness of the walls [m], outside the arena
 HEIGHT = 0.2  # height of walls and obstacles [m]
 MAX_ROBOTS = 256  # messages hold the index of the robot as one byte
-A_METRE = 400  # pixels of the floor image per metre
+PIXELS_PER_METRE = 400  # pixels of the floor image per metre
 
 INFRARED = 1.08212 / 36.8961
 """Error of the distance at contact for all of an infrared reading [m]: `response` by its slope."""
@@ -41,13 +41,13 @@ def check_for_argos(exported: ExportedRobot) -> None:
             f"{exported.n_robots} robots: a message for ARGoS has room for numbers below"
             f" {MAX_ROBOTS}; take fewer: --set task.n_robots=50"
         )
-    for what, holds in {
+    for feature, is_present in {
         "faulty robots": scenario.faults.is_any,
         "an area that moves": any(each.moves_at is not None for each in scenario.places),
     }.items():
-        if holds:
+        if is_present:
             raise ConfigError(
-                f"--argos: scenario '{scenario.name}' has {what}, and the experiment would not;"
+                f"--argos: scenario '{scenario.name}' has {feature}, and the experiment would not;"
                 " take a scenario without, as es1"
             )
 
@@ -123,8 +123,8 @@ def _body(head: str, place: Point, turn: float, *more: str) -> str:
 def floor(scenario: Scenario) -> UInt8[Array, "rows columns"]:
     """Return the image of the floor for ARGoS: brightness, seen from above, y upwards."""
     half_x, half_y = 0.5 * scenario.arena.length + 0.5, 0.5 * scenario.arena.width + 0.5
-    x = np.linspace(-half_x, half_x, round(2 * half_x * A_METRE))
-    y = np.linspace(half_y, -half_y, round(2 * half_y * A_METRE))[:, None]
+    x = np.linspace(-half_x, half_x, round(2 * half_x * PIXELS_PER_METRE))
+    y = np.linspace(half_y, -half_y, round(2 * half_y * PIXELS_PER_METRE))[:, None]
     light = np.full((len(y), len(x)), WHITE)
     for area in reversed(scenario.places):
         is_within = np.hypot(x - area.centre[0], y - area.centre[1]) <= scenario.task.area_radius

@@ -12,7 +12,7 @@ from llvmlite.binding import object_file
 from baselines.export.robot import ExportedRobot
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.atomic_write import write_atomically
-from swarm_forage_env.envs.pilot import ARRAYS_KEPT
+from swarm_forage_env.envs.pilot import READ_ONLY_ARRAYS
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.record import Field, RecordType, offset_of
 from swarm_forage_env.targets import TARGETS, compiled_for
@@ -31,8 +31,8 @@ CLEAR_MESSAGE = """\
 """Zeros for what a message does not tell of. The words of a policy last until its next decision."""
 
 ABOUT_MESSAGE = """\
-/* What robots tell of the nest [0] and of the prey area [1]: told, 1 if of it, else zeros; its
- * distance and direction in the body frame of the sender; p, its inverse confidence. */"""
+/* What robots tell of the nest [0] and of the prey area [1]: has_estimate, 1 if of it, else zeros;
+ * its distance and direction in the body frame of the sender; p, its inverse confidence. */"""
 
 BYTES_A_LINE = 20
 
@@ -104,24 +104,24 @@ def filled(name: str, words: Mapping[str, object]) -> str:
 
 def _is_constant(name: str, array: Array) -> bool:
     """Return whether an array of a policy is constant; `pilot_robots` is written in each tick."""
-    return name in ARRAYS_KEPT and name != "pilot_robots" and array.nbytes > 0
+    return name in READ_ONLY_ARRAYS and name != "pilot_robots" and array.nbytes > 0
 
 
 def _of_policy(exported: ExportedRobot) -> dict[str, str]:
     """Return the C code for a policy: fields of the controller, parameters and arguments."""
-    fields, taken, arguments = [], [], []
+    fields, parameters, arguments = [], [], []
     for name, each in exported.policy.items():
         is_constant = _is_constant(name, each)
         if not is_constant and each.nbytes:
             fields.append(f"    _Alignas(8) uint8_t {name}[{each.nbytes}];\n")
-        taken.append(f"{'const ' if is_constant or not each.nbytes else ''}void *{name}")
+        parameters.append(f"{'const ' if is_constant or not each.nbytes else ''}void *{name}")
         place = f"controller_{name}" if is_constant else f"self->{name}"
         arguments.append(place if each.nbytes else "controller_settings")
-    taken += [f"void *{name}" for name in exported.views]
+    parameters += [f"void *{name}" for name in exported.views]
     arguments += [f"self->{of}" for of in exported.views.values()]
     return {
         "policy_fields": "".join(fields),
-        "policy_taken": "".join(f"\n              {each}," for each in taken),
+        "policy_taken": "".join(f"\n              {each}," for each in parameters),
         "policy_given": "".join(f"\n                           {each}," for each in arguments),
     }
 
@@ -202,11 +202,11 @@ def _code_size(content: bytes) -> int:
 
 
 def _check_room(exported: ExportedRobot, weight: Weight) -> None:
-    takes_of = {"flash": weight.code + weight.data, "ram": weight.ram}
-    for what, takes in takes_of.items():
-        if takes > (room := CHIP[what]):
+    bytes_of = {"flash": weight.code + weight.data, "ram": weight.ram}
+    for kind, n_bytes in bytes_of.items():
+        if n_bytes > (capacity := CHIP[kind]):
             raise ConfigError(
-                f"controller '{exported.name}' takes {takes} bytes of {what} in scenario"
-                f" '{exported.scenario.name}', and an STM32F407 has {room}; fewer robots take less:"
-                " --set task.n_robots=50"
+                f"controller '{exported.name}' takes {n_bytes} bytes of {kind} in scenario"
+                f" '{exported.scenario.name}', and an STM32F407 has {capacity}; fewer robots take"
+                " less: --set task.n_robots=50"
             )

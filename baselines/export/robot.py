@@ -41,29 +41,29 @@ apply_action: Kernel
 VIEWS = {"swarm": "robots", "voices": "minds", "robot_words": "robots", "mind_words": "minds"}
 """Further names of records that are passed to a policy: name -> records."""
 
-TICK = 0  # `asked` for a tick; k > 0 seeds the random stream of cause k - 1
+TICK = 0  # `operation` for a tick; k > 0 seeds the random stream of cause k - 1
 
 
-def run_robot(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int) -> int:
+def run_robot(records: Arrays, piloting: Arrays, i: int, operation: int, seed: int) -> int:
     """Run a tick of robot i, or seed its stream; returns 1 if its action is not finite, else 0.
 
     Free names: compose, set_stream, pilot; those of `update_and_describe` and `act`.
     """
     robots, minds, memories, shared, settings = records
-    if asked != TICK:
-        set_stream(memories[i], first_word(np.uint64(seed), i, asked - 1))
+    if operation != TICK:
+        set_stream(memories[i], first_word(np.uint64(seed), i, operation - 1))
         return 0
-    own = settings[0]
-    update_and_describe(robots, minds, i, shared[i], own.estimator)
+    parameters = settings[0]
+    update_and_describe(robots, minds, i, shared[i], parameters.estimator)
     pilot(i, piloting)
-    is_usable = act(robots[i], minds[i], memories[i], shared[i], own)
-    compose(minds[i], own.estimator)
+    is_usable = act(robots[i], minds[i], memories[i], shared[i], parameters)
+    compose(minds[i], parameters.estimator)
     return 0 if is_usable else 1
 
 
-def run_policy(records: Arrays, piloting: Arrays, i: int, asked: int, seed: int) -> int:
+def run_policy(records: Arrays, piloting: Arrays, i: int, operation: int, seed: int) -> int:
     """Run a tick of `learn=everything`. Free names: hear_words, pilot, apply_action."""
-    if asked != TICK:
+    if operation != TICK:
         return 0
     robots, minds, _, _, _ = records
     hear_words((piloting[0],), piloting[1], 0, i)
@@ -168,7 +168,7 @@ class ExportedRobot:
     def llvm_text(self) -> str:
         """Return the controller as LLVM assembly.
 
-        Its function takes the records, the arrays and views of a policy, then i, asked and seed.
+        Its arguments are the records, arrays and views of a policy, then i, operation and seed.
         """
         records, n = vars(self.records), self.n_robots
         views = {
@@ -180,10 +180,11 @@ class ExportedRobot:
             own = self._pilot.argument_expression.replace("n_robots", str(n))
             piloting = f"swarm, voices, ticks, pilot_robots, ({own},)"
             own_pilot = bind(pilot_robot, {"act_as_learner": self._pilot.kernel})
-        call = f"called(({', '.join(records)}), ({piloting},), i, asked * {1 + self.noise}, seed)"
+        task = f"i, operation * {1 + self.noise}, seed"
+        call = f"called(({', '.join(records)}), ({piloting},), {task})"
         run = bind(self._run, {**self._functions, "pilot": own_pilot})
         arrays = {**records, **self.policy, **views}
-        return llvm_text_of(run, arrays, ("i", "asked", "seed"), call, types.int64)
+        return llvm_text_of(run, arrays, ("i", "operation", "seed"), call, types.int64)
 
     @property
     def vector(self) -> np.dtype[np.void]:
@@ -220,13 +221,13 @@ class ExportedRobot:
             loop.step()
             vector["wheels"] = robot["command"]["wheels"]
             vector["is_speaking"] = robot["command"]["is_speaking"]
-            is_told = "is_composed" not in minds.dtype.names or minds["is_composed"][0, i]
-            is_told = is_told and not robot["is_faulty"][[LIAR, STALE]].any()
-            vector["has_payload"] = is_told
-            vector["payload"] = minds[self.message][0, i] if is_told else 0
-            if "told" in self.payload:
+            has_payload = "is_composed" not in minds.dtype.names or minds["is_composed"][0, i]
+            has_payload = has_payload and not robot["is_faulty"][[LIAR, STALE]].any()
+            vector["has_payload"] = has_payload
+            vector["payload"] = minds[self.message][0, i] if has_payload else 0
+            if "has_estimate" in self.payload:
                 for name in self.payload:
-                    vector["payload"][name][vector["payload"]["told"] == 0] = 0
+                    vector["payload"][name][vector["payload"]["has_estimate"] == 0] = 0
         return vectors
 
     def busiest(self, seeds: Sequence[int], n_ticks: int) -> tuple[int, int]:

@@ -69,8 +69,8 @@ def new(
 def package_files(kind: Kind, name: str) -> dict[str, str]:
     """The files of a package by their names."""
     title = "".join(each.capitalize() for each in name.split("_"))
-    what, command = WORDS[kind]
-    words = {"name": name, "title": title, "kind": kind, "what": what}
+    purpose, command = WORDS[kind]
+    words = {"name": name, "title": title, "kind": kind, "what": purpose}
     words["command"] = Template(command).substitute(words)
     point = f'\n[project.entry-points."swarm_forage_env.controllers"]\n{name} = "{name}"\n'
     words["entry_point"] = point if kind in FOUND_BY_NAME else ""

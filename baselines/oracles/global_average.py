@@ -78,7 +78,7 @@ def measured_beam(
 def tell(mind: GroupMind) -> None:
     """Write the message: distance, direction and p of each known area."""
     for area in range(2):
-        mind.message.told[area] = mind.belief.known[area]
+        mind.message.has_estimate[area] = mind.belief.known[area]
         write_estimate(mind.belief, area, mind.message)
 
 
@@ -97,12 +97,12 @@ def add_own(belief: GroupBelief) -> None:
 def add_heard(swarm: Array, minds: Array, i: int, j: int, numbers: Numbers) -> None:
     """Add the message of robot j to the sums of robot i, in the frame of i."""
     belief, message = minds[i].belief, minds[j].message
-    if not (message.told[0] or message.told[1]):
+    if not (message.has_estimate[0] or message.has_estimate[1]):
         return
     beam = measured_beam(swarm[i], swarm[j], belief.streams, numbers)
     c, s = cos_sin(belief.pose[2])
     for area in range(2):
-        if message.told[area]:
+        if message.has_estimate[area]:
             d_j, phi_j = message.distance[area], message.direction[area]
             ahead, left = heard_location(beam[0], beam[1], beam[2], d_j, phi_j)
             dx, dy = to_outer(ahead, left, c, s)
@@ -113,7 +113,7 @@ def add_heard(swarm: Array, minds: Array, i: int, j: int, numbers: Numbers) -> N
 
 
 @kernel
-def take_mean(belief: GroupBelief) -> None:
+def move_to_mean(belief: GroupBelief) -> None:
     """Replace the estimates of a robot by the mean over the group."""
     for area in range(2):
         if belief.heard_weight[area] > 0.0:
@@ -129,7 +129,7 @@ def average_robot(swarm: Array, minds: Array, i: int, numbers: Numbers) -> None:
     for j in range(minds.shape[0]):
         if j != i:
             add_heard(swarm, minds, i, j, numbers)
-    take_mean(minds[i].belief)
+    move_to_mean(minds[i].belief)
 
 
 @kernel

@@ -91,7 +91,7 @@ def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: N
 
 
 @kernel
-def listen(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+def update_exchange(minds: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     """Update an exchange as social odometry does, with the true beam."""
     if not has_partner(minds, i, heard, numbers):
         return False
@@ -135,5 +135,5 @@ class PerfectOdometry(SocialOdometryParameters):
         """Return the records and functions of the estimator, with its parameters in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "update_belief": update_belief}
         if self.exact_beam:
-            kernels["update_exchange"] = listen
+            kernels["update_exchange"] = update_exchange
         return replace(super().layer(scenario), kernels=kernels, observe=observe_truth)

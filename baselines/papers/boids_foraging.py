@@ -142,8 +142,8 @@ def _ratios(results: Results, orders: Sequence[Order], columns: Sequence[str]) -
     lines = []
     for order in orders:
         sides = (present_pairs(results, *each, order.metric) for each in order.pairs)
-        what, _, _ = order.text.rpartition(", every ")
-        lines.append([what, *(_ratio(*each) for each in sides)])
+        title, _, _ = order.text.rpartition(", every ")
+        lines.append([title, *(_ratio(*each) for each in sides)])
     return markdown(["ratio", *columns], lines)
 
 

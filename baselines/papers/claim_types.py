@@ -79,7 +79,7 @@ class Effect:
         return compare(self.values, self.base).ratio
 
     @property
-    def says(self) -> str:
+    def range(self) -> str:
         """Range in words: `> 1`."""
         if math.isinf(self.high):
             return f"> {self.low:g}"
@@ -196,8 +196,8 @@ def share(
 ) -> InRange:
     """Return the claim that every share lies in a published range, extended by 10 points."""
     low, high = published
-    said = low if low == high else f"{low:g} to {high:g}"
-    return InRange(text, sources, said, low - POINTS, high + POINTS, metric)
+    published_range = low if low == high else f"{low:g} to {high:g}"
+    return InRange(text, sources, published_range, low - POINTS, high + POINTS, metric)
 
 
 class Above(DecidableClaim):

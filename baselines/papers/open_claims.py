@@ -37,11 +37,11 @@ from baselines.papers.open_search import (
     OTHERS,
     Draws,
     Measured,
-    chance,
     distance,
     load,
     measure,
     numbers_of,
+    probabilities,
     save,
     sets_of,
 )
@@ -166,7 +166,7 @@ def sets_in(file: Path) -> Sets:
     """Read and judge the sets of a file."""
     draws, episodes = sets_of(load(file))
     prior = np.random.default_rng(0).random((N_PRIOR, len(PRIOR)))
-    es1, es2 = (chance(prior, draws, episodes, arena) for arena in ARENAS)
+    es1, es2 = (probabilities(prior, draws, episodes, arena) for arena in ARENAS)
     numbers = {a: np.array([numbers_of(each, a) for each in episodes]) for a in ARENAS}
     far = {a: np.array([distance(each, a) for each in episodes]) for a in ARENAS}
     judged = [held(each) for each in episodes]
@@ -179,8 +179,8 @@ def sets_in(file: Path) -> Sets:
 
 def score(judged: Mapping[str, bool], arena: str) -> int:
     """Return how many claims on an arena hold; -1 if it was not measured completely."""
-    own = [holds for text, holds in judged.items() if text.startswith(arena)]
-    return sum(own) if own else -1
+    results = [holds for text, holds in judged.items() if text.startswith(arena)]
+    return sum(results) if results else -1
 
 
 def best_beta(episodes: Sequence[Measured], arena: str) -> str:

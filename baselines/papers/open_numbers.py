@@ -102,21 +102,21 @@ def published_table(sets: Sets) -> str:
             ours = sets.numbers[arena][sets.near, k]
             low_end, middle, high_end = map(float, np.percentile(ours, (2.5, 50.0, 97.5)))
             near = np.mean((0.9 * low <= ours) & (ours <= 1.1 * high))
-            said = cell(low) if low == high else f"{cell(low)} to {cell(high)}"
+            published = cell(low) if low == high else f"{cell(low)} to {cell(high)}"
             own = cell(float(sets.numbers[arena][0, k]))
             ends = f"{cell(middle)} ({cell(low_end)} to {cell(high_end)})"
-            rows.append((f"{arena}: {name}", said, own, ends, f"{near:.0%}"))
+            rows.append((f"{arena}: {name}", published, own, ends, f"{near:.0%}"))
     return markdown(("number", "published", "today", "these sets", "within 10 %"), rows)
 
 
 def claims_table(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> str:
     """Return in how many sets of the search, and in which checked sets, each claim holds."""
-    said, rows = {True: "yes", False: "no", None: "-"}, []
+    words, rows = {True: "yes", False: "no", None: "-"}, []
     checked = [*checked[:1], *sorted(checked[1:], key=n_held, reverse=True)[: SHOWN - 1]]
     for text in (each.text for each in claims_of(*CHECKED)):
         judged = [each[text] for each in sets.held if text in each]
         share = f"{sum(judged)} of {len(judged)}" if judged else "-"
-        rows.append((text, share, *(said[each["holds"].get(text)] for each in checked)))
+        rows.append((text, share, *(words[each["holds"].get(text)] for each in checked)))
     sums = [f"**{n_held(each)} of {len(each['holds'])}**" for each in checked]
     heads = [f"{each['name']}, `{each['physics']}`" for each in checked]
     return markdown(("claim", "sets of the search", *heads), [*rows, ("**all**", "", *sums)])
@@ -158,13 +158,13 @@ def posterior_figure(sets: Sets) -> Figure:
 
 def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     """Return the values to insert into the text of the page."""
-    near, whole = sets.near, sets.total(*ARENAS) >= 0
+    near, measured = sets.near, sets.total(*ARENAS) >= 0
     best, total = sets.best(*CHECKED), sets.total(*CHECKED)
     others = total[[k for k in best if k]]
     ever = {text for each in sets.held for text, holds in each.items() if holds}
     never = [each.text for each in claims_of(*CHECKED) if each.text not in ever]
 
-    def told(k: int) -> str:
+    def scores_of(k: int) -> str:
         scores = (
             f"{of[k]} of {len(claims_of(arena))} of {arena}" for arena, of in sets.scores.items()
         )
@@ -173,18 +173,19 @@ def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     return {
         "n_numbers": str(len(PRIOR)), "goal": f"{GOAL:,}", "n": f"{len(sets.draws):,}",
         "near": str(near.sum()), "excludes": f"{3.0 / near.sum():.1%}",
-        "whole": str(whole.sum()), "share": f"{sets.posterior[0].mean():.2%}",
+        "whole": str(measured.sum()), "share": f"{sets.posterior[0].mean():.2%}",
         "even": f"{near[1:FIRST].sum()} of {FIRST - 1}",
         "within": str((sets.far["es2"] <= 1.0).sum()),
         "both": f"{sets.posterior[1].sum() / sets.posterior[0].sum():.2%}",
         "least": f"{sets.far['es2'][near].min():.1f}",
         "n_arenas": str(len(others)), "middle": f"{np.median(others):g}",
         "more": str((others > total[0]).sum()), "fewer": str((others < total[0]).sum()),
-        "n_front": str(len(sets.front(*CHECKED))), "best": f"set {best[0]}", "most": told(best[0]),
-        "ever": str(len(ever)), "never": f", but never {'; '.join(never)}" if never else "",
+        "n_front": str(len(sets.front(*CHECKED))), "best": f"set {best[0]}",
+        "most": scores_of(best[0]), "ever": str(len(ever)),
+        "never": f", but never {'; '.join(never)}" if never else "",
         **{f"{arena}_betas": ", ".join(f"{beta} in {n}" for beta, n in sorted(of.items()))
            for arena, of in sets.best_betas.items()},
-        "today": told(0),
+        "today": scores_of(0),
         "n_checked": str(len(checked) - 1), "n_claims": str(len(claims_of(*CHECKED))),
         "checked": ", ".join(f"{each['name']} {n_held(each)}" for each in checked),
     }  # fmt: skip

@@ -265,7 +265,7 @@ def scaled(numbers: Float64[Array, "sets numbers"]) -> Float64[Array, "sets 5"]:
     return np.column_stack([counts, numbers[:, 2:4]])
 
 
-def chance(
+def probabilities(
     candidates: Draws, draws: Draws, episodes: Sequence[Sequence[Measured]], arena: str
 ) -> Float64[Array, " candidates"]:
     """Return the probability that sets lie within the tolerances of an arena, by an emulator.
@@ -293,10 +293,11 @@ def next_draws(draws: Draws, episodes: Sequence[Sequence[Measured]], seed: int) 
         return np.asarray(qmc.Sobol(len(PRIOR), seed=seed).random(FIRST)[done : done + BATCH])
     rng = np.random.default_rng((seed, done))
     candidates = rng.random((CANDIDATES, len(PRIOR)))
-    hope = chance(candidates, draws, episodes, "es1") * chance(candidates, draws, episodes, "es2")
-    hope += np.finfo(float).tiny  # for the case that no set has a probability above zero
+    each = [probabilities(candidates, draws, episodes, arena) for arena in ("es1", "es2")]
+    weights = each[0] * each[1]
+    weights += np.finfo(float).tiny  # for the case that no set has a probability above zero
     n_even = round(EVEN * BATCH)
-    chosen = rng.choice(CANDIDATES, BATCH - n_even, replace=False, p=hope / hope.sum())
+    chosen = rng.choice(CANDIDATES, BATCH - n_even, replace=False, p=weights / weights.sum())
     return np.asarray(candidates[np.append(np.arange(n_even), chosen)])
 
 

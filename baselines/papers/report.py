@@ -157,4 +157,4 @@ def _cells_of_decision(row: Decided) -> tuple[str, ...]:
     ends = f"{shown(row.low)} to {shown(row.high)}" if math.isfinite(row.low) else "-"
     shows = "-" if math.isnan(row.resolved) else f"± {100.0 * row.resolved:.2g} %"
     ours = "-" if math.isnan(row.ours) else shown(row.ours)
-    return row.claim, row.says, ours, ends, str(row.n), shows, row.decision
+    return row.claim, row.range, ours, ends, str(row.n), shows, row.decision

@@ -100,7 +100,7 @@ def trips(results: Results, rule: str, fault: str, share: float) -> list[float]:
     return sample(results, experiment(rule, fault, share), sound_trips)
 
 
-def kept(results: Results, rule: str, fault: str, share: float) -> Comparison:
+def relative_score(results: Results, rule: str, fault: str, share: float) -> Comparison:
     """Compare the score of a rule with faulty robots to its score without."""
     return compare(trips(results, rule, fault, share), trips(results, rule, fault, 0.0))
 
@@ -180,7 +180,7 @@ FIGURES = (
 
 def table(results: Results) -> str:
     """Return two tables: rules that break first by fault; score kept by rule at the share shown."""
-    return "\n\n".join((_first_broken(results), _kept_table(results)))
+    return "\n\n".join((_first_broken(results), _relative_scores(results)))
 
 
 def _first_broken(results: Results) -> str:
@@ -188,7 +188,7 @@ def _first_broken(results: Results) -> str:
     for fault in FAULTS:
         broken = {rule: breaking_share(results, rule, fault) for rule in RULES}
         order = sorted(
-            (share, _ratio(kept(results, rule, fault, share)), rule)
+            (share, _ratio(relative_score(results, rule, fault, share)), rule)
             for rule, share in broken.items()
             if share is not None
         )
@@ -197,12 +197,12 @@ def _first_broken(results: Results) -> str:
             continue
         (share, _, first), *rest = order
         others = ", ".join(f"{rule} ({100 * at:.0f} %)" for at, _, rule in rest) or "none"
-        keeps = _percent(kept(results, first, fault, share))
+        keeps = _percent(relative_score(results, first, fault, share))
         lines.append([fault, first, f"{100 * share:.0f} %", keeps, others])
     return markdown(heads, lines)
 
 
-def _kept_table(results: Results) -> str:
+def _relative_scores(results: Results) -> str:
     lines = []
     for rule in RULES:
         base = mean_interval(trips(results, rule, LIARS[0], 0.0))
@@ -210,7 +210,7 @@ def _kept_table(results: Results) -> str:
         low, high = base.ends
         row = [rule, f"{base.value:.1f} ({low:.1f} to {high:.1f})"]
         for fault in FAULTS:
-            text = _percent(kept(results, rule, fault, SHOWN))
+            text = _percent(relative_score(results, rule, fault, SHOWN))
             text = f"**{text}**" if breaks(results, rule, fault, SHOWN) else text
             row.append(f"{text} †" if harms(results, rule, fault, SHOWN) else text)
         lines.append(row)

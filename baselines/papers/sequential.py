@@ -31,7 +31,7 @@ class Decided:
     """Decision on one claim: a row of the table."""
 
     claim: str
-    says: str  # range in which the paper places the effect
+    range: str  # range in which the paper places the effect
     ours: float
     """Mean, or ratio of the means, of the effect that decides the claim."""
     low: float
@@ -97,7 +97,7 @@ def decide(claim: DecidableClaim, results: Results, n: int) -> Decided:
         base = float(np.mean(effect.base))
         ours = float(np.mean(effect.values)) / base if base else math.nan
         numbers = ours, low, high, n, resolution(effect, LOOKS[0])
-        judged.append(Decided(claim.text, effect.says, *numbers, decision_of(effect, low, high)))
+        judged.append(Decided(claim.text, effect.range, *numbers, decision_of(effect, low, high)))
     return min(judged, key=lambda each: (RANKS.index(each.decision), each.low))
 
 

@@ -68,10 +68,10 @@ class ActionForm:
         self.shape = () if self.is_discrete else (len(self.layout),)
         """Shape of the action of one robot."""
 
-    def to_raw(self, given: Array) -> Raw:
+    def to_raw(self, actions: Array) -> Raw:
         """Return the inputs of the layers for these actions, one row for each robot."""
-        raw = np.empty((1, len(given), len(self._policy.action)), np.float32)
-        bind(kernels.convert, self.functions)(given[None], self.conversion, raw, (0, 1))
+        raw = np.empty((1, len(actions), len(self._policy.action)), np.float32)
+        bind(kernels.convert, self.functions)(actions[None], self.conversion, raw, (0, 1))
         return np.asarray(raw[0])
 
     def _layout(self) -> Layout:
@@ -88,7 +88,7 @@ class ActionForm:
         """Return the continuous action of each choice; its last part varies fastest."""
         grid = discrete if isinstance(discrete, tuple) else None
         _check_choices(discrete, math.prod(grid or ()))  # before the choices are built
-        parts = [*self._weights(grid), self._steers(grid), self._policy.said]
+        parts = [*self._weights(grid), self._steers(grid), self._policy.messages]
         _check_choices(discrete, math.prod(map(len, parts)))
         rows = [np.concatenate(each) for each in product(*(p for p in parts if p.shape[1]))]
         return np.array(rows, np.float32)
@@ -138,10 +138,10 @@ def _has_reflexes(policy: PolicyInterface, steering: Steering | None, config: En
     """Return whether reflexes override the policy; ConfigError for keywords that conflict."""
     is_course = steering is not None and steering.is_course
     if (is_course or config.reflexes) and not policy.walk:
-        what = f"action='{config.action}'" if is_course else "reflexes=True"
+        keyword = f"action='{config.action}'" if is_course else "reflexes=True"
         raise ConfigError(
-            f"{what}: cannot be had with learn='{config.learn}' here, where no hand-written motion"
-            " goes on; learn 'motion' in a scenario of foraging, or leave it out"
+            f"{keyword}: cannot be had with learn='{config.learn}' here, where no hand-written"
+            " motion goes on; learn 'motion' in a scenario of foraging, or leave it out"
         )
     if is_course and config.reflexes is False:
         raise ConfigError("reflexes=False: action='course' is steered over them; take 'drive'")
@@ -173,13 +173,13 @@ class Actions:
             raise self._complaint(actions)
         return usable
 
-    def rows(self, given: Array) -> Array:
+    def rows(self, actions: Array) -> Array:
         """Return the array, one row for each agent, after checks; ConfigError if invalid."""
-        usable = self._usable(given)
+        usable = self._usable(actions)
         if usable is None:
-            if given.shape[:1] != self._shape[:1]:
-                raise ConfigError(f"actions of shape {given.shape}: must be {self._shape}")
-            raise self._complaint(dict(zip(self._agents, given, strict=True)))
+            if actions.shape[:1] != self._shape[:1]:
+                raise ConfigError(f"actions of shape {actions.shape}: must be {self._shape}")
+            raise self._complaint(dict(zip(self._agents, actions, strict=True)))
         return usable
 
     def _usable(self, actions: Array) -> Array | None:
@@ -252,11 +252,11 @@ def as_array(actions: object) -> Array:
 
 @entry_point
 def is_within(
-    given: Array, low: Float32[Array, " numbers"], high: Float32[Array, " numbers"]
+    rows: Array, low: Float32[Array, " numbers"], high: Float32[Array, " numbers"]
 ) -> bool:
     """Return whether every value of every row is within its bounds; NaN is not."""
-    for i in range(given.shape[0]):
-        for k in range(given.shape[1]):
-            if not low[k] <= given[i, k] <= high[k]:
+    for i in range(rows.shape[0]):
+        for k in range(rows.shape[1]):
+            if not low[k] <= rows[i, k] <= high[k]:
                 return False
     return True

@@ -30,7 +30,7 @@ from swarm_forage_env.randomise import Randomisation
 from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
-from swarm_forage_env.ticks import BEGINS, STANDS
+from swarm_forage_env.ticks import SKIP, START
 from swarm_forage_env.worlds_on_cpu import Device, Memory, PlacedArray, checked_device
 
 Infos = dict[str, Any]
@@ -53,7 +53,7 @@ class Transition(NamedTuple):
     """Whether the episode of each world has ended, in CPU memory."""
     acts: Any
     """1 for learners whose next action takes effect, else 0; None if all do."""
-    room: tuple[PlacedArray, ...] | None
+    outputs: tuple[PlacedArray, ...] | None
     """GPU arrays that a step writes, for reuse in a later call."""
 
 
@@ -113,8 +113,8 @@ class ArrayEnv:
             **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
         self.device = checked_device(device)
-        self._made_by = scenario, n_worlds, controller, stagger, device, options
-        self.made_beside = controller
+        self._arguments = scenario, n_worlds, controller, stagger, device, options
+        self.base_controller = controller
         """Controller of the layers that are not learned, as given to the constructor."""
         self.n_worlds = checked_count("n_worlds", n_worlds)
         parts = checked_parts(scenario, controller, options)
@@ -127,7 +127,7 @@ class ArrayEnv:
         if randomisation.ranges:
             form = PolicyForm(scenarios, config)
         self.policy, self.max_cycles, self.agents = form.policy, form.max_cycles, form.agents
-        self._beside = name_and_changes(parts.controller)
+        self._controller_name = name_and_changes(parts.controller)
         made_of = parts.controller, range(self.n_worlds), config.physics, config.threads
         self.loop = Loop(form.scenario, *made_of, is_blank=True)
         robots = chosen_robots(config.learners, self.agents)
@@ -136,11 +136,11 @@ class ArrayEnv:
         """Indices of the robots that learn."""
         is_all = len(robots) == len(self.agents)
         learns = slice(None) if is_all else self.learner_numbers
-        own = dict.fromkeys(self.policy.replaces, (slice(None), learns))
+        masks = dict.fromkeys(self.policy.replaces, (slice(None), learns))
         copied = slice(None if device == "cpu" else 1)  # on a GPU, all worlds copy the first
-        form.mark_replaced_layers(self.world.robots["action"][copied], own)
-        self._on: Worlds = placed(self.loop, device)
-        self.episodes = Episodes(self._on, randomisation, form.check_bounds)
+        form.mark_replaced_layers(self.world.robots["action"][copied], masks)
+        self._worlds: Worlds = placed(self.loop, device)
+        self.episodes = Episodes(self._worlds, randomisation, form.check_bounds)
         self._prepare(form)
         self._describe_state(scenarios)
         self.card = made_with(form, parts.controller)
@@ -154,7 +154,7 @@ class ArrayEnv:
         worlds = f"{self.n_worlds} worlds" if self.n_worlds > 1 else "1 world"
         return (
             f"<{kind} {self.world.scenario.name}: learn={self.config.learn!r},"
-            f" controller={self._beside!r}, {worlds}, {len(self.learners)} of"
+            f" controller={self._controller_name!r}, {worlds}, {len(self.learners)} of"
             f" {self.world.n_robots} robots learn, physics={self.loop.physics!r}>"
         )
 
@@ -192,11 +192,12 @@ class ArrayEnv:
         fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
         if is_first and self._is_staggered:
             self.episodes.stagger()
-        modes = np.full(self.n_worlds, STANDS, np.int8)
-        modes[fresh] = BEGINS
+        modes = np.full(self.n_worlds, SKIP, np.int8)
+        modes[fresh] = START
         memory = self.memory
-        seen = self._decisions.observe(memory.to_device(modes))
-        return seen, self._infos(memory.to_device(np.zeros((self.n_worlds, len(self.learners)))))
+        observed = self._decisions.observe(memory.to_device(modes))
+        no_rewards = np.zeros((self.n_worlds, len(self.learners)))
+        return observed, self._infos(memory.to_device(no_rewards))
 
     def step(self, actions: object) -> Step:
         """Run one decision; return observations, rewards, terminated, truncated and infos.
@@ -227,30 +228,30 @@ class ArrayEnv:
         """Run `step`, then `reset` the worlds whose episodes have ended.
 
         On a GPU both are one launch if episodes differ in their seeds only. The results then are
-        views of `out` if it is given: the `room` of an earlier call, which is overwritten.
+        views of `out` if it is given: the `outputs` of an earlier call, which is overwritten.
         """
         if not self.is_one_launch:
             final, rewards, _, _, infos = self.step(actions)
-            over, seen = self.is_over, final
+            over, observed = self.is_over, final
             if over.any():
-                seen, infos = self.reset(worlds=over)
-            return Transition(final, seen, rewards, over, infos.get("acts"), out)
-        placed, room = self._decisions.placed(actions), out or self.room()
+                observed, infos = self.reset(worlds=over)
+            return Transition(final, observed, rewards, over, infos.get("acts"), out)
+        placed, outputs = self._decisions.placed(actions), out or self.output_arrays()
         over = self.count_step()
-        self.launch(placed, room)
-        rewards, _, seen, _ = room
-        return Transition(seen[0], seen[1], rewards[1], over, None, room)
+        self.launch(placed, outputs)
+        rewards, _, observed, _ = outputs
+        return Transition(observed[0], observed[1], rewards[1], over, None, outputs)
 
     @property
     def is_one_launch(self) -> bool:
         """Whether `step_and_reset` is one GPU launch: `count_step`, then `launch` on fixed arrays,
         which a CUDA graph can repeat."""
-        return self._at_once is not None and self.episodes.are_alike
+        return self._whole_decision is not None and self.episodes.are_alike
 
-    def room(self) -> tuple[PlacedArray, ...]:
-        """Return new arrays for the results of a launch, as described at `whole_decision.Out`."""
-        assert self._at_once is not None
-        return self._at_once.room()
+    def output_arrays(self) -> tuple[PlacedArray, ...]:
+        """Return new arrays for the results of a launch, as `whole_decision.Outputs`."""
+        assert self._whole_decision is not None
+        return self._whole_decision.output_arrays()
 
     def count_step(self) -> Bool[Array, " worlds"]:
         """Count a step on the CPU, as `launch` does on the GPU; return where episodes end."""
@@ -258,10 +259,10 @@ class ArrayEnv:
         self._count_at_once()
         return self.episodes.follow_on(self.max_cycles)
 
-    def launch(self, actions: PlacedArray, room: tuple[PlacedArray, ...]) -> None:
+    def launch(self, actions: PlacedArray, outputs: tuple[PlacedArray, ...]) -> None:
         """Launch `step_and_reset` on the GPU, with actions in GPU memory."""
-        assert self._at_once is not None
-        self._at_once(actions, self.config.period, self.max_cycles, room)
+        assert self._whole_decision is not None
+        self._whole_decision(actions, self.config.period, self.max_cycles, outputs)
 
     def check_keeps_step(self, instead: str) -> None:
         """Raise ConfigError, with this advice, if episodes can end at different times."""
@@ -273,11 +274,11 @@ class ArrayEnv:
 
     def check(self) -> None:
         """Wait for the GPU, and raise errors since the last check, such as a refused action."""
-        self._on.check()
+        self._worlds.check()
 
     def _count_at_once(self) -> None:
-        assert self._at_once is not None
-        self._at_once.upload_counts()
+        assert self._whole_decision is not None
+        self._whole_decision.upload_counts()
         self._count()
 
     def _count(self) -> None:
@@ -285,29 +286,29 @@ class ArrayEnv:
         self._ticks += self.config.period * self.n_worlds
 
     def _decided(self, actions: PlacedArray) -> Step:
-        if self._at_once is not None:
-            rewards, _, seen, over = room = self.room()
+        if self._whole_decision is not None:
+            rewards, _, observed, over = outputs = self.output_arrays()
             self._count_at_once()
-            self._at_once(actions, self.config.period, 0, room)
-            never = self.memory.lend(self._never)
-            return seen[0], rewards[1], never, over, self._infos(rewards[0])
+            self._whole_decision(actions, self.config.period, 0, outputs)
+            never = self.memory.lend(self._terminated)
+            return observed[0], rewards[1], never, over, self._infos(rewards[0])
         self._decisions.act(actions)
         self.check()
         self._run()
         unshaped, rewards = self._decisions.rewards()
-        seen = self._decisions.observe()
-        truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._never)
-        return seen, rewards, never, truncated, self._infos(unshaped)
+        observed = self._decisions.observe()
+        truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._terminated)
+        return observed, rewards, never, truncated, self._infos(unshaped)
 
     def _run(self) -> None:
-        """Run the ticks of a decision; `earned` sums what each robot earns."""
+        """Run the ticks of a decision; `world.rewards` sums those of each robot."""
         if self._exchanges is not None:
             self._ticks += self._exchanges.run()
             return
         if self._own_reward is not None:
             self._own_reward.run(self.config.period)
         else:
-            self._on.run(self.config.period)
+            self._worlds.run(self.config.period)
         self._count()
 
     @cached_property
@@ -329,7 +330,7 @@ class ArrayEnv:
     def log(self) -> Any:  # noqa: ANN401 a NumPy or GPU array
         """Return the logged values, shape (worlds, learners, infos), in the order of `infos`."""
         out = self.memory.empty((self.n_worlds, len(self.learners), len(self.infos)), np.float64)
-        at = self._on.arrays
+        at = self._worlds.arrays
         self._write_log(at["robots"], at["minds"], at["worlds"], self._learners, out)
         return out
 
@@ -339,13 +340,13 @@ class ArrayEnv:
         Changes to these copies do not affect later steps on the GPU.
         """
         self.check()
-        self._on.download()
+        self._worlds.download()
         return self
 
     @property
     def memory(self) -> Memory:
         """Memory of the arrays that `reset` and `step` return, with methods to copy them."""
-        return self._on.memory
+        return self._worlds.memory
 
     @property
     def stream(self) -> int:
@@ -363,28 +364,28 @@ class ArrayEnv:
     def snapshot(self) -> object:
         """Return the full state, which can be pickled and restored any number of times."""
         self.download()
-        kept = self.episodes.snapshot(), self._decisions.snapshot(), self._lasting
-        return self.loop.snapshot(), kept
+        state = self.episodes.snapshot(), self._decisions.snapshot(), self._fixed_options
+        return self.loop.snapshot(), state
 
     def restore(self, snapshot: object) -> None:
         """Continue from a snapshot, bit for bit; ConfigError if it does not fit."""
         loop, rest = parts_of(snapshot, 2)
-        episodes, decisions, lasting = parts_of(rest, 3)
+        episodes, decisions, options = parts_of(rest, 3)
         self._decisions.check_fits(parts_of(decisions, 2))
-        for name, own in self._lasting.items():
-            if lasting[name] != own:
+        for name, value in self._fixed_options.items():
+            if options[name] != value:
                 raise ConfigError(
                     f"restore(): the snapshot is of an environment of other options, where {name}"
-                    f" is {lasting[name]!r}, and here {own!r}; make one with the same"
+                    f" is {options[name]!r}, and here {value!r}; make one with the same"
                 )
         self.loop.restore(loop)
         self._decisions.restore(decisions)
         self.episodes.restore(episodes)
-        if isinstance(self._on, DeviceLoop):
-            self._on.upload(range(self.n_worlds))
+        if isinstance(self._worlds, DeviceLoop):
+            self._worlds.upload(range(self.n_worlds))
 
     @property
-    def _lasting(self) -> dict[str, object]:
+    def _fixed_options(self) -> dict[str, object]:
         """Options that say what a snapshot counts, draws and keeps frames of."""
         config = self.config
         return {
@@ -398,7 +399,7 @@ class ArrayEnv:
         return html_of(self, type(self).__name__)
 
     def __getstate__(self) -> dict[str, object]:
-        return {"made_by": self._made_by, "snapshot": self.snapshot()}
+        return {"made_by": self._arguments, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         *made_by, options = state["made_by"]
@@ -407,11 +408,11 @@ class ArrayEnv:
 
     def _prepare(self, form: PolicyForm) -> None:
         """Make the spaces and the parts of a decision."""
-        config, worlds, learners = self.config, self._on, self.learner_numbers
-        self._at_once = None
+        config, worlds, learners = self.config, self._worlds, self.learner_numbers
+        self._whole_decision = None
         if isinstance(worlds, DeviceLoop) and config.step_on != "exchange":
-            self._at_once = WholeDecision(worlds, form, learners, self.episodes)
-        self._decisions = self._at_once or Decisions(worlds, form, learners, self.episodes)
+            self._whole_decision = WholeDecision(worlds, form, learners, self.episodes)
+        self._decisions = self._whole_decision or Decisions(worlds, form, learners, self.episodes)
         self._exchanges: Exchanges | None = None
         self._own_reward: OwnReward | None = None
         self._ticks = 0
@@ -420,7 +421,7 @@ class ArrayEnv:
         elif not isinstance(config.reward, str):
             self._own_reward = OwnReward(self.loop, config.reward)
         self._learners = self.memory.to_device(learners)
-        self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
+        self._terminated = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
         self.observation_layout, self.observation_space = form.layout, form.observation_space
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape, self._form = form.action.shape, form
@@ -437,8 +438,8 @@ class ArrayEnv:
             self._state_sizes = typical_sizes(self.state_layout)
             self.state_layout = normalised(self.state_layout)
         self.state_space: Box = self.state_layout.box()
-        log = self.truth.logs[self._on.estimators is not None]
-        self._write_log = self._on.kernel(write_log, {"log": log})
+        log = self.truth.logs[self._worlds.estimators is not None]
+        self._write_log = self._worlds.kernel(write_log, {"log": log})
 
     def _infos(self, unshaped: PlacedArray) -> Infos:
         """Return unshaped rewards, `acts` if steps end at exchanges, and drawn parameters."""

@@ -22,7 +22,7 @@ from swarm_forage_env.interface import Kernel
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import hash_of
 from swarm_forage_env.spaces import Layout
-from swarm_forage_env.ticks import BEGINS, RUNS, STANDS, Modes
+from swarm_forage_env.ticks import RUN, SKIP, START, Modes
 from swarm_forage_env.worlds_on_cpu import Memory, PlacedArray, WorldsOnCpu
 
 Worlds = Loop | DeviceLoop
@@ -41,14 +41,14 @@ class Observing:
         self._shape = place.arrays["robots"].shape
         rows, n, stack = (self._shape[0], len(robots)), len(form.observed), form.config.stack
         self._robots, self._learners = robots, memory.to_device(robots)
-        self._seen, self._stacked = (*rows, n), (*rows, stack * n)
+        self._single_shape, self._stacked_shape = (*rows, n), (*rows, stack * n)
         frames = np.zeros((*rows, stack if stack > 1 else 0, n), np.float32)
-        self._kept = memory.to_device(frames)
+        self._stacks = memory.to_device(frames)
         *where, bound, squashes = form.scaling
         self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
         self._fields = place.fields(form.shown)
         additions = [
-            (part.which, first)
+            (part.kind, first)
             for part, first, _ in form.additions
             if isinstance(part, RowObservation)
         ]
@@ -66,46 +66,46 @@ class Observing:
     ) -> Any:  # noqa: ANN401 a NumPy or GPU array
         """Return the observations of every learner after the layer inputs `raw`.
 
-        In a world that BEGINS, `raw` is set to zero and the stack is filled with the observation;
-        a world that RUNS appends one. `time_left` is the remaining share of each episode.
+        In mode START, `raw` is set to zero and the stack is filled with the observation; mode RUN
+        appends one. `time_left` is the remaining share of each episode.
         """
-        seen, out = self.room()
+        single, out = self.output_arrays()
         if self._numpy:
-            self._add_all(time_left, cast(Array, raw), cast(Array, modes), cast(Array, seen))
-        beside = self._additions, self._place.memory.to_device(time_left), raw
-        rows = seen, self._kept, out
-        self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
+            self._add_all(time_left, cast(Array, raw), cast(Array, modes), cast(Array, single))
+        extras = self._additions, self._place.memory.to_device(time_left), raw
+        rows = single, self._stacks, out
+        self._observe(self._fields, self._learners, self._scaling, extras, modes, rows)
         return out
 
-    def room(self, *axes: int) -> tuple[PlacedArray, PlacedArray]:
+    def output_arrays(self, *axes: int) -> tuple[PlacedArray, PlacedArray]:
         """Return new arrays for single and stacked observations; without a stack, one for both."""
-        empty, n_frames = self._place.memory.empty, self._kept.shape[2]
-        seen = empty((*axes, *self._seen), np.float32)
-        return seen, empty((*axes, *self._stacked), np.float32) if n_frames else seen
+        empty, n_frames = self._place.memory.empty, self._stacks.shape[2]
+        single = empty((*axes, *self._single_shape), np.float32)
+        return single, empty((*axes, *self._stacked_shape), np.float32) if n_frames else single
 
     @property
-    def handed(self) -> tuple[Any, ...]:
+    def arguments(self) -> tuple[Any, ...]:
         """Arguments of `decide_at_once`: observed fields, scaling, additions and stacks."""
-        return self._fields, self._scaling, self._additions, self._kept
+        return self._fields, self._scaling, self._additions, self._stacks
 
     def snapshot(self) -> tuple[Array, Array]:
         """Return copies of the stacks and of the random streams, for `restore`."""
-        return np.array(self._place.memory.read(self._kept)), self._streams.copy()
+        return np.array(self._place.memory.read(self._stacks)), self._streams.copy()
 
-    def restore(self, kept: tuple[Array, Array]) -> None:
+    def restore(self, snapshot: tuple[Array, Array]) -> None:
         """Continue from a snapshot."""
-        frames, self._streams[...] = kept
-        self._place.memory.write(self._kept, frames)
+        frames, self._streams[...] = snapshot
+        self._place.memory.write(self._stacks, frames)
 
     def _add_all(
         self,
         time_left: Float64[Array, " worlds"],
         raw: Float32[Array, "worlds learners numbers"],
         modes: Modes,
-        seen: Float32[Array, "worlds learners numbers"],
+        observed: Float32[Array, "worlds learners numbers"],
     ) -> None:
         """Write the user-defined observations; ConfigError for a value out of bounds."""
-        at, begins = self._place.arrays, modes == BEGINS
+        at, begins = self._place.arrays, modes == START
         # a new episode derives its streams from those of the robots, which depend on the seed
         self._streams[begins] = at["robots"]["streams"][begins, :, 0] ^ hash_of("observation")
         raw[begins] = 0.0
@@ -119,7 +119,7 @@ class Observing:
             time_left=time_left,
             last_action=actions,
             streams=self._streams,
-            is_observed=modes != STANDS,
+            is_observed=modes != SKIP,
         )
         for part, first, features in self._numpy:
             out = np.zeros((*self._shape, len(features)), np.float32)
@@ -129,8 +129,8 @@ class Observing:
                     f"observation {type(part).__name__}: `write` returned numbers, must write them"
                     " into `out`, as out[:, :, 0] = ...; what it does not write is zero"
                 )
-            seen[:, :, first : first + len(features)] = own = out[:, self._robots]
-            _check_numbers(own, features)
+            observed[:, :, first : first + len(features)] = values = out[:, self._robots]
+            _check_numbers(values, features)
 
 
 def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features: Layout) -> None:
@@ -158,12 +158,12 @@ class Decisions:
         episodes: Episodes,
     ) -> None:
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
-        self._episodes, self._no_time = episodes, np.zeros(len(episodes.steps))
+        self._episodes, self._zero_time_left = episodes, np.zeros(len(episodes.steps))
         at = worlds.arrays
         self._state = at["robots"], at["worlds"], worlds.errors
         terms: Terms = config.discount, config.shaping, config.reward == "team"
-        earned = at["earned"]
-        shape: tuple[int, int] = earned.shape
+        rewards = at["rewards"]
+        shape: tuple[int, int] = rewards.shape
         self._rows = shape[0], len(learners)
         raw = np.zeros((*self._rows, len(form.policy.action)), np.float32)
         self.raw = memory.to_device(raw)
@@ -190,9 +190,9 @@ class Decisions:
         self._act = worlds.kernel(kernels.act, self._functions)
         self._settle = worlds.kernel(kernels.settle, self._functions)
         potentials = np.zeros(shape if config.shaping > 0.0 else (0, 0))
-        self._crediting = memory.to_device(potentials), terms, earned
+        self._reward_arrays = memory.to_device(potentials), terms, rewards
         self.observing = Observing(form, worlds, learners)
-        self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
+        self._run = memory.to_device(np.full(shape[0], RUN, np.int8))
 
     def placed(self, actions: object) -> PlacedArray:
         """Return the actions as a GPU array; ConfigError for another shape or type."""
@@ -211,20 +211,20 @@ class Decisions:
 
     def act(self, actions: PlacedArray) -> None:
         """Write actions to the layers of the learners; a refused action is noted in its world."""
-        self._act(self._state, self._acting(actions), self._crediting)
+        self._act(self._state, self._action_arrays(actions), self._reward_arrays)
 
     def rewards(self) -> tuple[PlacedArray, PlacedArray]:
         """Return the rewards of every learner since its action: without and with shaping."""
         out = self._worlds.memory.empty((2, *self._rows), np.float64)
-        self._settle(self._state, self._crediting, self._learners, out)
+        self._settle(self._state, self._reward_arrays, self._learners, out)
         return out[0], out[1]
 
-    def _acting(self, actions: PlacedArray) -> tuple[Any, ...]:
+    def _action_arrays(self, actions: PlacedArray) -> tuple[Any, ...]:
         return self._fields, self._learners, actions, self._conversion, self.raw, self._limits
 
     def observe(self, modes: PlacedArray | None = None) -> Any:  # noqa: ANN401 a NumPy or GPU array
-        """Return the observations of every learner; if `modes` is None, all worlds RUN."""
-        time_left = self._episodes.share_left if self._form.additions else self._no_time
+        """Return the observations of every learner; by default in mode RUN."""
+        time_left = self._episodes.share_left if self._form.additions else self._zero_time_left
         return self.observing(self.raw, self._run if modes is None else modes, time_left)
 
     def snapshot(self) -> Snapshot:
@@ -282,7 +282,7 @@ class Exchanges:
         at: Mapping[str, Any] = worlds.arrays
         memory: Memory = worlds.memory
         ends = memory.to_device(episodes.ends)
-        memory.write(modes, np.full(self._shape[0], RUNS, np.int8))
+        memory.write(modes, np.full(self._shape[0], RUN, np.int8))
         for tick in range(1, int((episodes.ends - episodes.steps).max()) + 1):
             worlds.run(1, modes)
             self._stop(at["worlds"], at["minds"], self._learners, ends, modes, self._ticks)

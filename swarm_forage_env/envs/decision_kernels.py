@@ -19,7 +19,7 @@ from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import Fields, read_fields, write_fields
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import BEGINS, N_ERRORS, REFUSED, RUNS, STANDS, Errors, note
+from swarm_forage_env.ticks import N_ERRORS, REFUSED, RUN, SKIP, START, Errors, note
 
 lane: Kernel
 lanes: Kernel
@@ -55,11 +55,11 @@ Terms = tuple[float, float, bool]
 State = tuple[Array, Array, Errors]
 """Records of the robots and of the worlds, and the error of each world."""
 
-Acting = tuple[Fields, Int64[Array, " learners"], Array, Form, Rows, Any]
+ActionArrays = tuple[Fields, Int64[Array, " learners"], Array, Form, Rows, Any]
 """Target fields, learners, actions, conversion, layer inputs, and bounds or number of choices."""
 
-Crediting = tuple[Float64[Array, "worlds robots"], Terms, Float64[Array, "worlds robots"]]
-"""Potentials before the ticks, terms of the reward, and rewards earned."""
+RewardArrays = tuple[Float64[Array, "worlds robots"], Terms, Float64[Array, "worlds robots"]]
+"""Potentials before the ticks, terms of the reward, and accumulated rewards."""
 
 
 @kernel
@@ -75,11 +75,11 @@ def share_of_command(first: float, second: float, share: float) -> tuple[float, 
 
 
 @row_template
-def raw_of_continuous(given: Rows, w: int, learner: int, form: Form, row: Array) -> None:
+def raw_of_continuous(actions: Rows, w: int, learner: int, form: Form, row: Array) -> None:
     """Write the layer inputs of a continuous action."""
     _, n_symmetric, steers_at, by = form
     for k in range(row.shape[0]):
-        number = given[w, learner, k]
+        number = actions[w, learner, k]
         row[k] = HALF * (number + ONE) if k < n_symmetric else number
     if steers_at >= 0:
         left, right = command(row[steers_at], row[steers_at + 1], by)
@@ -88,23 +88,23 @@ def raw_of_continuous(given: Rows, w: int, learner: int, form: Form, row: Array)
 
 @inlined
 def raw_of_discrete(
-    given: Int64[Array, "worlds learners"], w: int, learner: int, form: Form, row: Array
+    actions: Int64[Array, "worlds learners"], w: int, learner: int, form: Form, row: Array
 ) -> None:
     """Write the layer inputs of a discrete action."""
     for k in range(row.shape[0]):
-        row[k] = form[0][given[w, learner], k]
+        row[k] = form[0][actions[w, learner], k]
 
 
-def convert(given: Rows, form: Form, raw: Rows, which: Span) -> None:
+def convert(actions: Rows, form: Form, raw: Rows, span: Span) -> None:
     """Write the layer inputs of the actions of a policy."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         for learner in range(lane(), raw.shape[1], lanes()):
-            write_raw(given, w, learner, form, raw[w, learner])
+            write_raw(actions, w, learner, form, raw[w, learner])
 
 
 @row_template
 def check_numbers(
-    given: Rows,
+    actions: Rows,
     bounds: tuple[Float32[Array, " numbers"], Float32[Array, " numbers"]],
     errors: Errors,
     w: int,
@@ -113,14 +113,14 @@ def check_numbers(
     """Note REFUSED for a world in which an action is NaN or out of bounds."""
     low, high = bounds
     for learner in range(lane(), n_learners, lanes()):
-        for k in range(given.shape[2]):
-            if not low[k] <= given[w, learner, k] <= high[k]:
+        for k in range(actions.shape[2]):
+            if not low[k] <= actions[w, learner, k] <= high[k]:
                 note(errors, w, REFUSED, 0)
 
 
 @row_template
 def check_choices(
-    given: Int64[Array, "worlds learners"],
+    actions: Int64[Array, "worlds learners"],
     n_choices: int,
     errors: Errors,
     w: int,
@@ -128,7 +128,7 @@ def check_choices(
 ) -> None:
     """Note REFUSED for a world in which an action is not the index of a choice."""
     for learner in range(lane(), n_learners, lanes()):
-        if not 0 <= given[w, learner] < n_choices:
+        if not 0 <= actions[w, learner] < n_choices:
             note(errors, w, REFUSED, 0)
 
 
@@ -141,45 +141,45 @@ def no_potential(robot: object, world: object) -> float:
 @row_template
 def act_in_world(
     state: State,
-    acting: Acting,
-    crediting: Crediting,
+    action_arrays: ActionArrays,
+    reward_arrays: RewardArrays,
     w: int,
     learners: Int64[Array, " learners"],
     n_robots: int,
 ) -> int:
     """Check the actions of a world's learners and write them; return the mode of the world."""
     robots, worlds, errors = state
-    fields, _, given, form, raw, limits = acting
-    potentials, terms, earned = crediting
+    fields, _, actions, form, raw, limits = action_arrays
+    potentials, terms, rewards = reward_arrays
     n = learners.shape[0]
-    check_actions(given, limits, errors, w, n)
+    check_actions(actions, limits, errors, w, n)
     barrier()
     is_refused = errors[w] % N_ERRORS == REFUSED
     for learner in range(lane(), 0 if is_refused else n, lanes()):
-        write_raw(given, w, learner, form, raw[w, learner])
+        write_raw(actions, w, learner, form, raw[w, learner])
         write_fields(raw[w, learner], fields, w, learners[learner])
     for i in range(lane(), n_robots, lanes()):
-        earned[w, i] = 0.0
+        rewards[w, i] = 0.0
         if terms[1] > 0.0:
             potentials[w, i] = potential(robots[w, i], worlds[w])
     barrier()
-    return STANDS if is_refused or n_robots == 0 else RUNS
+    return SKIP if is_refused or n_robots == 0 else RUN
 
 
-def act(state: State, acting: Acting, crediting: Crediting, which: Span) -> None:
-    """Write the actions of the learners to their layers, and set the earned rewards to zero."""
-    last = which[1]
-    for each in range(first_world(which[0]), end_world(last)):
+def act(state: State, action_arrays: ActionArrays, reward_arrays: RewardArrays, span: Span) -> None:
+    """Write the actions of the learners to their layers, and set the rewards to zero."""
+    last = span[1]
+    for each in range(first_world(span[0]), end_world(last)):
         w = min(each, last - 1)
-        learners = acting[1][: acting[1].shape[0] if each < last else 0]
+        learners = action_arrays[1][: action_arrays[1].shape[0] if each < last else 0]
         n_robots = state[0].shape[1] if each < last else 0
-        act_in_world(state, acting, crediting, w, learners, n_robots)
+        act_in_world(state, action_arrays, reward_arrays, w, learners, n_robots)
 
 
 @row_template
 def settle_in_world(
     state: State,
-    crediting: Crediting,
+    reward_arrays: RewardArrays,
     out: Float64[Array, "2 worlds learners"],
     w: int,
     learners: Int64[Array, " learners"],
@@ -190,32 +190,32 @@ def settle_in_world(
     The shaped rewards of the robots overwrite the potentials before the ticks.
     """
     robots, worlds, _ = state
-    potentials, (discount, weight, is_team), earned = crediting
-    shaped = potentials[w] if weight > 0.0 else earned[w]
+    potentials, (discount, weight, is_team), rewards = reward_arrays
+    shaped = potentials[w] if weight > 0.0 else rewards[w]
     for i in range(lane(), n_robots if weight > 0.0 else 0, lanes()):
         after = potential(robots[w, i], worlds[w])
-        shaped[i] = earned[w, i] + shaping(potentials[w, i], after, discount, weight)
+        shaped[i] = rewards[w, i] + shaping(potentials[w, i], after, discount, weight)
     barrier()
     for learner in range(lane(), learners.shape[0], lanes()):
         i = learners[learner]
-        out[0, w, learner] = mean_of(earned[w]) if is_team else earned[w, i]
+        out[0, w, learner] = mean_of(rewards[w]) if is_team else rewards[w, i]
         out[1, w, learner] = mean_of(shaped) if is_team else shaped[i]
 
 
 def settle(
     state: State,
-    crediting: Crediting,
+    reward_arrays: RewardArrays,
     learners: Int64[Array, " learners"],
     out: Float64[Array, "2 worlds learners"],
-    which: Span,
+    span: Span,
 ) -> None:
     """Write the rewards of every learner after the ticks of a decision."""
-    last = which[1]
-    for each in range(first_world(which[0]), end_world(last)):
+    last = span[1]
+    for each in range(first_world(span[0]), end_world(last)):
         w = min(each, last - 1)
-        own = learners[: learners.shape[0] if each < last else 0]
+        acting = learners[: learners.shape[0] if each < last else 0]
         n_robots = state[0].shape[1] if each < last else 0
-        settle_in_world(state, crediting, out, w, own, n_robots)
+        settle_in_world(state, reward_arrays, out, w, acting, n_robots)
 
 
 def stop_at_exchanges(  # noqa: PLR0913 inputs and outputs
@@ -225,14 +225,14 @@ def stop_at_exchanges(  # noqa: PLR0913 inputs and outputs
     ends: Int64[Array, " worlds"],
     modes: Int8[Array, " worlds"],
     ticks: Int64[Array, " worlds"],
-    which: Span,
+    span: Span,
 ) -> None:
     """Stop the worlds whose episode is over, or in which a learner has just ended an exchange.
 
     The elapsed ticks of each world are written to `ticks`.
     """
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        n_learners = learners.shape[0] if modes[w] == RUNS else 0
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
+        n_learners = learners.shape[0] if modes[w] == RUN else 0
         for learner in range(lane(), n_learners, lanes()):
             world: Numbers = worlds[w]
             ticks[w] = world.ticks
@@ -244,10 +244,10 @@ def write_acts(
     minds: Array,
     learners: Int64[Array, " learners"],
     out: Float64[Array, "worlds learners"],
-    which: Span,
+    span: Span,
 ) -> None:
     """Write 1 for each learner that has just ended an exchange and acts next, else 0."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         for learner in range(lane(), out.shape[1], lanes()):
             out[w, learner] = minds[w, learners[learner]].exchange.is_valid
 
@@ -256,20 +256,19 @@ def observe(  # noqa: PLR0913 inputs and outputs
     fields: Fields,
     learners: Int64[Array, " learners"],
     scaling: Scaling,
-    beside: tuple[Int64[Array, "additions 2"], Float64[Array, " worlds"], Rows],
+    extras: tuple[Int64[Array, "additions 2"], Float64[Array, " worlds"], Rows],
     modes: Int8[Array, " worlds"],
     rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
-    which: Span,
+    span: Span,
 ) -> None:
     """Write the observations of every learner.
 
     `rows` are the single observations, the stacks kept between calls, and the stacked observations.
-    `beside` are the named additions, the remaining share of the episode, and the last actions,
-    which a world that BEGINS sets to zero. A world that RUNS appends to its stacks, one that
-    STANDS keeps them.
+    `extras` are the named additions, the remaining share of the episode, and the last actions,
+    which mode START sets to zero. Mode RUN appends to the stacks, mode SKIP keeps them.
     """
-    additions, time_left, raw = beside
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+    additions, time_left, raw = extras
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         now = additions, time_left[w], raw
         observe_in_world(fields, learners, scaling, now, modes[w], rows, w)
 
@@ -279,18 +278,18 @@ def observe_in_world(  # noqa: PLR0913 inputs, outputs and world
     fields: Fields,
     learners: Int64[Array, " learners"],
     scaling: Scaling,
-    beside: tuple[Int64[Array, "additions 2"], float, Rows],
+    extras: tuple[Int64[Array, "additions 2"], float, Rows],
     mode: int,
     rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
     w: int,
 ) -> None:
     """Write the observations of every learner of one world, as `observe` does."""
-    additions, time_left, raw = beside
-    seen, kept, out = rows
-    read_fields(fields, w, learners, seen[w])
+    additions, time_left, raw = extras
+    observed, stacks, out = rows
+    read_fields(fields, w, learners, observed[w])
     for learner in range(lane(), learners.shape[0], lanes()):
-        row, action, i = seen[w, learner], raw[w, learner], learners[learner]
-        if mode == BEGINS:
+        row, action, i = observed[w, learner], raw[w, learner], learners[learner]
+        if mode == START:
             for k in range(action.shape[0]):
                 action[k] = 0.0
         if scaling[0] >= 0:
@@ -298,29 +297,29 @@ def observe_in_world(  # noqa: PLR0913 inputs, outputs and world
         write_additions(additions, i, fields[4], time_left, action, row)
         if scaling[3].shape[0] > 0:
             normalise_row(row, scaling[3], scaling[4])
-        if kept.shape[2] > 0:
-            update_frames(kept[w, learner], row, mode, out[w, learner])
+        if stacks.shape[2] > 0:
+            update_frames(stacks[w, learner], row, mode, out[w, learner])
 
 
 @inlined
 def update_frames(
-    kept: Float32[Array, "frames numbers"],
-    seen: Float32[Array, " numbers"],
+    stack: Float32[Array, "frames numbers"],
+    observed: Float32[Array, " numbers"],
     mode: int,
     out: Float32[Array, " all"],
 ) -> None:
     """Write the stacked observations of a learner, the oldest first.
 
-    RUNS appends the observation; BEGINS fills the whole stack with it.
+    RUN appends the observation; START fills the whole stack with it.
     """
-    n_frames, n = kept.shape
+    n_frames, n = stack.shape
     for frame in range(n_frames):
         for k in range(n):
-            if mode == BEGINS or (mode == RUNS and frame == n_frames - 1):
-                kept[frame, k] = seen[k]
-            elif mode == RUNS:
-                kept[frame, k] = kept[frame + 1, k]
-            out[frame * n + k] = kept[frame, k]
+            if mode == START or (mode == RUN and frame == n_frames - 1):
+                stack[frame, k] = observed[k]
+            elif mode == RUN:
+                stack[frame, k] = stack[frame + 1, k]
+            out[frame * n + k] = stack[frame, k]
 
 
 @inlined
@@ -355,10 +354,10 @@ def write_log(
     worlds: Array,
     learners: Int64[Array, " learners"],
     out: Float64[Array, "worlds learners infos"],
-    which: Span,
+    span: Span,
 ) -> None:
     """Write the logged values of each learner; those that are not logged are 0."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         for learner in range(lane(), out.shape[1], lanes()):
             i, row = learners[learner], out[w, learner]
             for k in range(row.shape[0]):

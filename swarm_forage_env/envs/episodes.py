@@ -133,9 +133,9 @@ class Episodes:
     def follow_on(self, n_steps: int) -> Bool[Array, " worlds"]:
         """Count the episodes that a GPU has begun; return the worlds where one was over."""
         over = self.is_over
-        which = np.flatnonzero(over)
-        draw_seeds(which, self.streams, np.zeros(len(which), np.uint64))
-        self.steps[which], self.ends[which] = 0, n_steps
+        ended = np.flatnonzero(over)
+        draw_seeds(ended, self.streams, np.zeros(len(ended), np.uint64))
+        self.steps[ended], self.ends[ended] = 0, n_steps
         return over
 
     def seed(self, seeds: Sequence[int | None]) -> None:

@@ -79,12 +79,12 @@ def write_additions(
 ) -> None:
     """Write the additions of robot i, each given by its kind and its first index in the row."""
     for each in range(additions.shape[0]):
-        which, out = additions[each, 0], row[additions[each, 1] :]
-        if which == TIME_LEFT:
+        kind, out = additions[each, 0], row[additions[each, 1] :]
+        if kind == TIME_LEFT:
             out[0] = time_left
-        elif which == ROBOT_ID:
+        elif kind == ROBOT_ID:
             out[0] = i / max(n_robots - 1, 1)
-        elif which == ONE_HOT:
+        elif kind == ONE_HOT:
             for k in range(n_robots):
                 out[k] = 1.0 if k == i else 0.0
         else:
@@ -96,7 +96,7 @@ def write_additions(
 class RowObservation:
     """Named addition, which `write_additions` writes."""
 
-    which: int
+    kind: int
     """TIME_LEFT, ROBOT_ID, ONE_HOT or PREVIOUS_ACTION."""
     features_of: Callable[[Sequence[str]], Sequence[Feature]]
     """Returns the features in a world of these robots."""

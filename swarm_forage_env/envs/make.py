@@ -40,9 +40,9 @@ def checked_parts(
     `options` are fields of `EnvConfig` and overrides of scenario parameters. Raises
     UnknownNameError or ConfigError for invalid keywords.
     """
-    own = {name: options[name] for name in EnvConfig.model_fields if name in options}
-    config = validated(EnvConfig, own)
-    overrides = {name: value for name, value in options.items() if name not in own}
+    fields = {name: options[name] for name in EnvConfig.model_fields if name in options}
+    config = validated(EnvConfig, fields)
+    overrides = {name: value for name, value in options.items() if name not in fields}
     chosen = _overridden(scenario, overrides)
     controllers = find_controllers(controller, chosen)
     _check_keywords(config, task_of(chosen))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def title_of(env: "ArrayEnv") -> str:
     """Return the title of a picture: the controllers, and the layer of the policy."""
-    controller, learn = env.made_beside, env.config.learn
+    controller, learn = env.base_controller, env.config.learn
     if learn == "everything":
         return "policy"
     several = controller.values() if isinstance(controller, Mapping) else controller

@@ -12,7 +12,7 @@ from swarm_forage_env.interface import KEEP, REPLACE, Controller, Kernel, Policy
 from swarm_forage_env.observed_fields import spans_of, write_fields
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import RecordType
-from swarm_forage_env.ticks import BEGINS, RUNS, Arrays
+from swarm_forage_env.ticks import RUN, START, Arrays
 
 forward: Kernel
 observe: Kernel
@@ -30,7 +30,7 @@ class Pilot:
     forward: Kernel
     """Kernel that writes the action of a robot from its observation, the weights, the layer sizes,
     the robot's recurrent state, which is updated, and a scratch array."""
-    numbers: Float32[Array, " numbers"]
+    weights: Float32[Array, " numbers"]
     sizes: Int64[Array, " sizes"]
     n_state: int
     n_between: int
@@ -39,13 +39,13 @@ class Pilot:
     def arrays(
         self, n: int, robots: RecordType, minds: RecordType, learners: Int64[Array, " learners"]
     ) -> dict[str, Array]:
-        """Return the arrays that the policy of n robots reads (`ARRAYS_KEPT`) and writes, by name.
+        """Return the arrays that the policy of n robots reads and writes, by name.
 
         `minds` is the type of the estimators' records, or with `learn="everything"` of messages.
         """
         form = self.form
-        whole = minds if form.config.learn == "everything" else np.dtype([("estimator", minds)])
-        known = {"robots": robots, "minds": whole}
+        mind_type = minds if form.config.learn == "everything" else np.dtype([("estimator", minds)])
+        known = {"robots": robots, "minds": mind_type}
         n_seen, n_raw, layout = len(form.layout), len(form.policy.action), form.action.layout
         *_, bound, squashes = form.scaling
         return {
@@ -55,7 +55,7 @@ class Pilot:
             "pilot_bound": bound,
             "pilot_squashes": squashes.view(np.uint8),
             "pilot_choices": form.action.conversion[0],
-            "pilot_numbers": self.numbers,
+            "pilot_numbers": self.weights,
             "pilot_sizes": self.sizes,
             "pilot_states": np.zeros((n, self.n_state), np.float32),
             "pilot_between": np.zeros(self.n_between, np.float32),
@@ -96,11 +96,11 @@ class Pilot:
     @property
     def kernel(self) -> Kernel:
         """`act_as_learner`, bound to this policy."""
-        own = {"forward": self.forward, "observe": bind(observe_all, {})}
-        return bind(act_as_learner, {**own, **self.form.action.functions})
+        functions = {"forward": self.forward, "observe": bind(observe_all, {})}
+        return bind(act_as_learner, {**functions, **self.form.action.functions})
 
 
-ARRAYS_KEPT = (
+READ_ONLY_ARRAYS = (
     "pilot_spans", "pilot_out", "pilot_robots", "pilot_bound", "pilot_squashes", "pilot_numbers",
     "pilot_sizes", "pilot_low", "pilot_high", "left_alone",
 )  # fmt: skip
@@ -121,19 +121,19 @@ def pilot_and_layers(
 
 def act_as_learner(robots: Array, ticks: int, piloting: Arrays) -> None:
     """Write the policy's actions if a decision is due, except for a robot driven by a visitor."""
-    fields, out_fields, learners, scaling, beside, rows, form, network, marks, modes = piloting
+    fields, out_fields, learners, scaling, extras, rows, form, network, marks, modes = piloting
     numbers, sizes, states, between, actions, low, high = network
     period, motion, has_reflexes, is_walking, weighting, left_alone = marks
     if ticks % period != 0:
         return
-    modes[0] = BEGINS if ticks == 0 else RUNS
-    observe(fields, learners, scaling, beside, modes, rows, (0, 1))
-    raw, seen = beside[2], rows[2]
+    modes[0] = START if ticks == 0 else RUN
+    observe(fields, learners, scaling, extras, modes, rows, (0, 1))
+    raw, observed = extras[2], rows[2]
     for each in range(learners.shape[0]):
         i = learners[each]
         if ticks == 0:
             states[each, :] = 0.0
-        forward(seen[0, each], numbers, sizes, states[each], between, actions[0, each])
+        forward(observed[0, each], numbers, sizes, states[each], between, actions[0, each])
         for k in range(low.shape[0]):
             actions[0, each, k] = min(max(actions[0, each, k], low[k]), high[k])
         write_raw(actions, 0, each, form, raw[0, each])

@@ -100,13 +100,13 @@ class PolicyForm:
                     " set the parameter where the environment is made, or randomise it"
                 )
 
-    def mark_replaced_layers(self, action: Array, own: Mapping[str, Any]) -> None:
+    def mark_replaced_layers(self, action: Array, masks: Mapping[str, Any]) -> None:
         """Mark the layers that the policy replaces, for the robots given for each layer."""
         for layer in self.policy.replaces:
-            action[layer][own[layer]] = self.action.motion if layer == "motion" else REPLACE
+            action[layer][masks[layer]] = self.action.motion if layer == "motion" else REPLACE
         if "motion" in self.policy.replaces and self.policy.walk:
-            action["has_reflexes"][own["motion"]] = self.action.has_reflexes
-            action["is_walking"][own["motion"]] = self.has_walk
+            action["has_reflexes"][masks["motion"]] = self.action.has_reflexes
+            action["is_walking"][masks["motion"]] = self.has_walk
 
     @property
     def observes(self) -> tuple[tuple[str, str], ...]:

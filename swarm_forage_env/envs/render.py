@@ -58,7 +58,7 @@ class EnvRenderer:
                 "render(): give render_mode='human', 'rgb_array' or 'ansi' where the environment is"
                 " made"
             )
-        return [view.draw(self._env.loop.scene(which)) for which, view in enumerate(self._views)]
+        return [view.draw(self._env.loop.scene(w)) for w, view in enumerate(self._views)]
 
     @property
     def window(self) -> "Window | None":

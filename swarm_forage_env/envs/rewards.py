@@ -20,17 +20,17 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task
 
 REWARDS = "own", "team"
-"""Rewards by name: what each robot earned, 1 for completing nest -> prey -> nest; or the mean over
+"""Rewards by name: each robot's own, 1 for completing nest -> prey -> nest; or the mean over
 the robots of its world."""
 
 
 @inlined
-def mean_of(earned: Float64[Array, " robots"]) -> float:
+def mean_of(rewards: Float64[Array, " robots"]) -> float:
     """Return the mean over the robots of a world, summed in their order."""
     total = 0.0
-    for i in range(earned.shape[0]):
-        total += earned[i]
-    return float(total / earned.shape[0])
+    for i in range(rewards.shape[0]):
+        total += rewards[i]
+    return float(total / rewards.shape[0])
 
 
 @inlined
@@ -56,16 +56,16 @@ class OwnReward:
         self._events = loop.task.events.array(loop.world.robots.shape)
 
     def run(self, n_ticks: int) -> None:
-        """Run ticks, and write the sum of each robot's rewards to `earned`."""
+        """Run ticks, and write the sum of each robot's rewards to `world.rewards`."""
         world = self._loop.world
-        total = np.zeros_like(world.earned)
+        total = np.zeros_like(world.rewards)
         for _ in range(n_ticks):
             before = world.robots.copy()
             self._loop.step()
             self._write_events(world, before, self._events)
             rewards = self._reward(*map(read_only, (before, world.robots, self._events)))
             total += _checked(rewards, world.robots.shape)
-        world.earned[...] = total
+        world.rewards[...] = total
 
 
 def _callable(reward: object, task: Task) -> Callable[[Array, Array, Array], object]:
@@ -82,14 +82,14 @@ def _callable(reward: object, task: Task) -> Callable[[Array, Array, Array], obj
 
 def _checked(rewards: object, shape: tuple[int, ...]) -> Float64[Array, "worlds robots"]:
     try:
-        earned = np.asarray(cast(ArrayLike, rewards), np.float64)
+        array = np.asarray(cast(ArrayLike, rewards), np.float64)
     except (TypeError, ValueError):
         raise ConfigError(f"reward: gave {rewards!r}, must be numbers of shape {shape}") from None
-    if earned.shape != shape:
-        raise ConfigError(f"reward: gave shape {earned.shape}, must be {shape}, worlds by robots")
-    if not np.isfinite(earned).all():
-        where = tuple(int(k) for k in np.argwhere(~np.isfinite(earned))[0])
+    if array.shape != shape:
+        raise ConfigError(f"reward: gave shape {array.shape}, must be {shape}, worlds by robots")
+    if not np.isfinite(array).all():
+        where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise ConfigError(
-            f"reward: gave {earned[where]} to robot {where[1]} of world {where[0]}; must be finite"
+            f"reward: gave {array[where]} to robot {where[1]} of world {where[0]}; must be finite"
         )
-    return earned
+    return array

@@ -13,8 +13,8 @@ from swarm_forage_env.compiler import inlined
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import (
-    Acting,
-    Crediting,
+    ActionArrays,
+    RewardArrays,
     Scaling,
     Span,
     act_in_world,
@@ -27,7 +27,7 @@ from swarm_forage_env.equations.pcg64 import draw_seed
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import Fields
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import BEGINS, STANDS, Arrays, Errors, restart_world, run_world
+from swarm_forage_env.ticks import SKIP, START, Arrays, Errors, restart_world, run_world
 from swarm_forage_env.worlds_on_cpu import PlacedArray
 
 lane: Kernel
@@ -36,7 +36,7 @@ first_world: Kernel
 end_world: Kernel
 """Free names of the template, in addition to those of its row templates."""
 
-Ticking = tuple[Arrays, Arrays, Errors]
+TickArrays = tuple[Arrays, Arrays, Errors]
 """Arrays of the worlds and of the layers, and the error of each world."""
 
 Observed = tuple[Fields, Scaling, Array, Array]
@@ -45,21 +45,21 @@ Observed = tuple[Fields, Scaling, Array, Array]
 Clock = tuple[Int64[Array, " worlds"], Int64[Array, " worlds"], UInt64[Array, "worlds 4"]]
 """Decisions of each episode so far and at its end, and the random stream of later episode seeds."""
 
-How = tuple[int, int, int, int]
+Schedule = tuple[int, int, int, int]
 """Number of ticks; 2 if ended worlds are reset, else 1; decisions of a new episode; and the noise
 source of the motions."""
 
-Out = tuple[Float64[Array, "2 worlds learners"], Array, Array, Bool[Array, " worlds"]]
+Outputs = tuple[Float64[Array, "2 worlds learners"], Array, Array, Bool[Array, " worlds"]]
 """Rewards, unshaped and shaped; single and stacked observations, each after the decision and after
 the resets; and whether each episode is over."""
 
 
 @row_template
 def begin_episode(
-    ticking: Ticking,
+    tick_arrays: TickArrays,
     clock: Clock,
     starts: Arrays,
-    how: How,
+    schedule: Schedule,
     w: int,
     n_robots: int,
 ) -> None:
@@ -67,21 +67,21 @@ def begin_episode(
     steps, ends, streams = clock
     if n_robots > 0 and lane() == 0:
         starts[3][w] = draw_seed(streams[w])
-        steps[w], ends[w] = 0, how[2]
+        steps[w], ends[w] = 0, schedule[2]
     barrier()
-    restart_world(ticking[0], ticking[1], starts, how[3], ticking[2], w, n_robots)
+    restart_world(tick_arrays[0], tick_arrays[1], starts, schedule[3], tick_arrays[2], w, n_robots)
 
 
 def decide_at_once(  # noqa: PLR0913 inputs, outputs and settings
-    ticking: Ticking,
-    acting: Acting,
-    crediting: Crediting,
+    tick_arrays: TickArrays,
+    action_arrays: ActionArrays,
+    reward_arrays: RewardArrays,
     observing: Observed,
     clock: Clock,
     starts: Arrays,
-    how: How,
-    out: Out,
-    which: Span,
+    schedule: Schedule,
+    out: Outputs,
+    span: Span,
 ) -> None:
     """Run one decision of every world, and begin the next episode where one is over.
 
@@ -89,27 +89,27 @@ def decide_at_once(  # noqa: PLR0913 inputs, outputs and settings
     """
     fields, scaling, additions, frames = observing
     steps, ends, _ = clock
-    state, last = (ticking[0][0], ticking[0][1], ticking[2]), which[1]
-    for each in range(first_world(which[0]), end_world(last)):
+    state, last = (tick_arrays[0][0], tick_arrays[0][1], tick_arrays[2]), span[1]
+    for each in range(first_world(span[0]), end_world(last)):
         w = min(each, last - 1)
-        learners = acting[1][: acting[1].shape[0] if each < last else 0]
+        learners = action_arrays[1][: action_arrays[1].shape[0] if each < last else 0]
         n_robots = state[0].shape[1] if each < last else 0
-        mode = act_in_world(state, acting, crediting, w, learners, n_robots)
-        for part in range(how[1]):
-            n, n_ticks = 0 if mode == STANDS else n_robots, how[0] if part == 0 else 1
+        mode = act_in_world(state, action_arrays, reward_arrays, w, learners, n_robots)
+        for part in range(schedule[1]):
+            n, n_ticks = 0 if mode == SKIP else n_robots, schedule[0] if part == 0 else 1
             if part == 1:
-                begin_episode(ticking, clock, starts, how, w, n)
-            run_world(ticking[0], ticking[1], mode, ticking[2], w, n, n_ticks)
+                begin_episode(tick_arrays, clock, starts, schedule, w, n)
+            run_world(tick_arrays[0], tick_arrays[1], mode, tick_arrays[2], w, n, n_ticks)
             if part == 0:
-                settle_in_world(state, crediting, out[0], w, learners, n_robots)
+                settle_in_world(state, reward_arrays, out[0], w, learners, n_robots)
                 if n_robots > 0 and lane() == 0:
                     steps[w] += 1
                     out[3][w] = steps[w] >= ends[w]
                 barrier()
-            beside = additions, share_left(steps[w], ends[w]), acting[4]
+            extras = additions, share_left(steps[w], ends[w]), action_arrays[4]
             rows = out[1][part], frames, out[2][part]
-            observe_in_world(fields, learners, scaling, beside, mode, rows, w)
-            mode = BEGINS if n_robots > 0 and out[3][w] else STANDS
+            observe_in_world(fields, learners, scaling, extras, mode, rows, w)
+            mode = START if n_robots > 0 and out[3][w] else SKIP
             barrier()
 
 
@@ -136,11 +136,11 @@ class WholeDecision(Decisions):
         self._clock = tuple(map(worlds.memory.to_device, clock))
         self._decide = worlds.kernel(decide_at_once, {**worlds.functions, **self._functions})
 
-    def room(self) -> tuple[PlacedArray, ...]:
-        """Return new arrays for the results of a decision, as `Out`; they can be reused."""
+    def output_arrays(self) -> tuple[PlacedArray, ...]:
+        """Return new arrays for the results of a decision, as `Outputs`; they can be reused."""
         empty = self._worlds.memory.empty
         rewards = empty((2, *self._rows), np.float64)
-        return rewards, *self.observing.room(2), empty(self._rows[:1], np.bool_)
+        return rewards, *self.observing.output_arrays(2), empty(self._rows[:1], np.bool_)
 
     def upload_counts(self) -> None:
         """Copy counts and streams that were changed on the CPU to the GPU."""
@@ -158,8 +158,8 @@ class WholeDecision(Decisions):
 
         This is a single launch on fixed arrays, which a CUDA graph can repeat.
         """
-        worlds = self._worlds
-        acting, observing, clock = self._acting(actions), self.observing.handed, self._clock
-        how = n_ticks, 2 if length else 1, length, worlds.layers.noise
-        ticking, crediting = worlds.ticking, self._crediting
-        self._decide(ticking, acting, crediting, observing, clock, worlds.starts, how, out)
+        worlds, acting = self._worlds, self._action_arrays(actions)
+        observing, clock = self.observing.arguments, self._clock
+        schedule = n_ticks, 2 if length else 1, length, worlds.layers.noise
+        arrays = worlds.tick_arrays, acting, self._reward_arrays, observing, clock, worlds.starts
+        self._decide(*arrays, schedule, out)

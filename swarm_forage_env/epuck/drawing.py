@@ -30,13 +30,13 @@ def walls(scenario: EpuckScenario) -> dict[str, Any]:
     }
 
 
-def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
+def bodies(world: EpuckWorld, w: int) -> dict[str, Any]:
     """Return the fields of a scene for the robots of one world: poses and received messages."""
-    robots = world.robots[which].view(np.recarray)
-    has_faults, heard = world.worlds["has_faults"][which], robots.heard
+    robots = world.robots[w].view(np.recarray)
+    has_faults, heard = world.worlds["has_faults"][w], robots.heard
     receiver, slot = np.nonzero(np.arange(heard.sender.shape[1]) < heard.n[:, None])
     return {
-        "time": float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
+        "time": float(world.worlds["ticks"][w]) * world.scenarios[w].tick,
         "pose": robots.pose.copy(),
         "messages": np.stack([heard.sender[receiver, slot], receiver], axis=1).astype(np.int32),
         "faulty": robots.is_faulty.any(axis=1) if has_faults else None,

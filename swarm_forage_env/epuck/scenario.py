@@ -116,13 +116,13 @@ class EpuckScenario(BaseScenario):
                 " radio.max_range or fewer radio.slots"
             )
 
-    def _check_clear(self, what: str, centre: Point, radius: float) -> None:
+    def _check_clear(self, subject: str, centre: Point, radius: float) -> None:
         """Raise ValueError if a circle [m] overlaps an obstacle or is not inside the outer wall.
 
         `what` names the circle in the message.
         """
         corners = self.arena.corners
-        where = f"{what} about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
+        where = f"{subject} about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
         if corners and not is_inside(centre, corners):
             raise ValueError(f"{where} lies outside of arena.corners; move it inside")
         for number, obstacle in enumerate(self.obstacles):

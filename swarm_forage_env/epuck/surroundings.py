@@ -46,7 +46,7 @@ def note_neighbour(near: Neighbours, i: int, j: int) -> None:
 
 @kernel
 def largest_count(near: Neighbours) -> int:
-    """Return the largest number of neighbours, and limit all counts to the room in a row."""
+    """Return the largest number of neighbours, and limit all counts to the capacity of a row."""
     most = 0
     for i in range(near.shape[0]):
         most = max(most, near[i, COUNT])
@@ -104,13 +104,13 @@ def find_neighbours_of(swarm: Array, i: int, near: Neighbours, world: EpuckWorld
 
     It compares the robot with all others, so that lanes share no list of cells.
     """
-    n_near, room = 0, near.shape[1] - FIRST
+    n_near, capacity = 0, near.shape[1] - FIRST
     for j in range(swarm.shape[0]):
         if j != i and is_within_reach(swarm, i, j, world):
-            if n_near < room:
+            if n_near < capacity:
                 near[i, FIRST + n_near] = j
             n_near += 1
-    near[i, COUNT] = min(n_near, room)
+    near[i, COUNT] = min(n_near, capacity)
     return n_near
 
 

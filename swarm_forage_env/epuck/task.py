@@ -79,7 +79,7 @@ MOTION = PolicyInterface(
 
 
 DRIVING = ("driving", "", "", "", "")
-"""States of a robot without an estimator, by the codes of `Scene.doing`."""
+"""States of a robot without an estimator, by the codes of `Scene.activity`."""
 
 FAMILY = "epuck"
 """Family of the tasks made here; layers for this family run in all of them."""
@@ -155,10 +155,10 @@ class EpuckTask:
             **walls(scenario),
         )
 
-    def _scene(self, world: EpuckWorld, minds: Array, which: int = 0) -> Scene:
-        score, share = self.shown(world, which)
+    def _scene(self, world: EpuckWorld, minds: Array, w: int = 0) -> Scene:
+        score, share = self.shown(world, w)
         counted = {"round_trips": score.astype(np.int32), "on_path": float(share)}
-        return Scene(**without_beliefs(world.n_robots) | bodies(world, which) | counted)
+        return Scene(**without_beliefs(world.n_robots) | bodies(world, w) | counted)
 
 
 class SwarmState(GlobalState):

@@ -127,7 +127,7 @@ def score_all(
     swarm: Array,
     faults: Array,
     world: EpuckWorldState,
-    earned: Float64[Array, " robots"],
+    rewards: Float64[Array, " robots"],
     n: int,
     n_moving: int,
 ) -> None:
@@ -139,7 +139,7 @@ def score_all(
         robot = swarm[i]
         if n_moving > 0:
             score(swarm, i, world)
-            earned[i] += robot.reward
+            rewards[i] += robot.reward
         else:
             robot.heard.n = 0
         if world.has_faults:
@@ -152,7 +152,7 @@ def tick_world(world_arrays: Arrays, errors: Errors, w: int, n: int, n_moving: i
 
     In a world that begins (`n_moving` is 0) robots only sense.
     """
-    robots, worlds, near, cells, obstacles, earned, all_faults = world_arrays[:7]
+    robots, worlds, near, cells, obstacles, rewards, all_faults = world_arrays[:7]
     swarm, faults, world = robots[w], all_faults[w], worlds[w]
     standing = obstacles[w, : world.n_obstacles]
     move_all(swarm, world, n, n_moving)
@@ -161,7 +161,7 @@ def tick_world(world_arrays: Arrays, errors: Errors, w: int, n: int, n_moving: i
         note(errors, w, TOO_MANY_NEAR, most)
     barrier()
     keep_apart(swarm, near[w], world, standing, n_moving)
-    score_all(swarm, faults, world, earned[w], n, n_moving)
+    score_all(swarm, faults, world, rewards[w], n, n_moving)
     barrier()
     for i in range(lane(), n, lanes()):
         if world.n_obstacles > 0:

@@ -128,7 +128,7 @@ class EpuckWorld(World):
     def arrays(self) -> tuple[Array, ...]:
         """Arrays that the templates of a tick take."""
         own = self.robots, self.worlds, self.near, self._cells, self.obstacles
-        return (*own, self.earned, self.faults, *self._physics.arrays)
+        return (*own, self.rewards, self.faults, *self._physics.arrays)
 
     @property
     def functions(self) -> Mapping[str, Kernel]:
@@ -145,10 +145,10 @@ class EpuckWorld(World):
         """Return the full state: arrays, scenarios and the state of the engine."""
         return super().snapshot() | {"_physics": self._physics.snapshot()}
 
-    def restore(self, kept: Mapping[str, Any]) -> None:
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Continue from a snapshot."""
-        super().restore({name: each for name, each in kept.items() if name != "_physics"})
-        self._physics.restore(kept["_physics"], self.scenarios)
+        super().restore({name: each for name, each in snapshot.items() if name != "_physics"})
+        self._physics.restore(snapshot["_physics"], self.scenarios)
 
 
 def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:

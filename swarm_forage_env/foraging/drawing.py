@@ -25,7 +25,7 @@ from swarm_forage_env.scene import (
     Stage,
     without_beliefs,
 )
-from swarm_forage_env.ticks import BEGINS, RUNS, Arrays, Errors, Modes
+from swarm_forage_env.ticks import RUN, START, Arrays, Errors, Modes
 
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:
@@ -48,24 +48,24 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
     )
 
 
-def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
+def scene_of(world: ForagingWorld, minds: Array, w: int = 0) -> Scene:
     """Return the scene of one world of a block; without beliefs if there is no estimator."""
-    robots, n = world.robots[which].view(np.recarray), world.n_robots
-    fields = without_beliefs(n) | bodies(world, which)
+    robots, n = world.robots[w].view(np.recarray), world.n_robots
+    fields = without_beliefs(n) | bodies(world, w)
     if has_estimators(minds):
-        situations = rows(minds["estimator"]["situation"][which])
+        situations = rows(minds["estimator"]["situation"][w])
         fields |= {"known": situations.known != 0, "p": situations.p.copy()}
-        draw_robots(world.robots[which], situations, fields["doing"], fields["believed"])
+        draw_robots(world.robots[w], situations, fields["activity"], fields["believed"])
     else:
-        fields["doing"][robots.leg == TO_NEST] = TO_THE_NEST
-        fields["doing"][robots.leg == TO_PREY] = TO_THE_PREY
+        fields["activity"][robots.leg == TO_NEST] = TO_THE_NEST
+        fields["activity"][robots.leg == TO_PREY] = TO_THE_PREY
     fields["round_trips"] = robots.round_trips.copy()
     fields["on_path"] = float(robots.known.all(axis=1).mean())
     return Scene(**fields)
 
 
 @kernel
-def doing_of(robot: RobotState, situation: Situation) -> int:
+def activity_of(robot: RobotState, situation: Situation) -> int:
     """Return the code of the state of a robot."""
     if situation.is_talking > 0.0:
         return TALKING
@@ -91,12 +91,12 @@ def believed_place(robot: RobotState, situation: Situation, area: int) -> tuple[
 def draw_robots(
     robots: Array,
     situations: Array,
-    out_doing: Int8[Array, " robots"],
+    out_activity: Int8[Array, " robots"],
     out_believed: Float64[Array, "robots areas 2"],
 ) -> None:
     """Write the state of each robot of a world, and its believed places of nest and prey."""
     for i in range(robots.shape[0]):
-        out_doing[i] = doing_of(robots[i], situations[i])
+        out_activity[i] = activity_of(robots[i], situations[i])
         for area in range(2):
             place = believed_place(robots[i], situations[i], area)
             out_believed[i, area, 0], out_believed[i, area, 1] = place
@@ -116,7 +116,7 @@ def draw_column(
     """Write the columns of robot i."""
     for k in range(3):
         out[k, i] = robot.pose[k]
-    out[3, i] = doing_of(robot, situation)
+    out[3, i] = activity_of(robot, situation)
     out[4, i] = situation.known[NEST] + 2.0 * situation.known[PREY]
     out[5, i] = robot.round_trips
     for area in range(2):
@@ -150,16 +150,16 @@ def run_and_draw(  # noqa: PLR0913 arguments of `run_ticks`, and outputs
 ) -> int:
     """Run ticks of one world, and write its drawing; return the number of messages received.
 
-    A world that BEGINS is first started from its seed, then it senses and observes. `out_pairs`
+    A world in mode START is placed from its seed, then it senses and observes. `out_pairs`
     holds sender and receiver of each message of these ticks. `starts` and `noise` are those of
     `begin_worlds`; `observing` are the arguments of `observe` except modes and worlds; `piloting`
     are those of `pilot`.
     """
     robots, minds, n_heard = world_arrays[0], layer_arrays[0], 0
-    if modes[0] == BEGINS:
+    if modes[0] == START:
         begin_worlds(world_arrays, layer_arrays, starts, noise, modes, errors)
         run_ticks(world_arrays, layer_arrays, modes, errors, 0, 1, 1)
-        modes[0] = RUNS
+        modes[0] = RUN
     for _ in range(n_ticks):
         pilot(robots, world_arrays[1][0].ticks, piloting)
         run_ticks(world_arrays, layer_arrays, modes, errors, 0, 1, 1)
@@ -170,6 +170,6 @@ def run_and_draw(  # noqa: PLR0913 arguments of `run_ticks`, and outputs
                 n_heard += 1
     for i in range(robots.shape[1]):
         draw_column(robots[0, i], minds[0, i].situation, i, out_columns)
-    fields, learners, scaling, beside, rows = observing
-    observe(fields, learners, scaling, beside, modes, rows, (0, 1))
+    fields, learners, scaling, extras, rows = observing
+    observe(fields, learners, scaling, extras, modes, rows, (0, 1))
     return n_heard

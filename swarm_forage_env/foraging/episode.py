@@ -86,8 +86,8 @@ class ForagingMeter:
             self._is_sound: Bool[Array, "worlds robots"] = ~faults["kinds"].any(axis=-1)
             self._errors.append(LocalisationErrorMeter(loop, self._is_sound))
         self._count_on_path = loop.kernel(metrics.count_on_path, {})
-        room: Int32[Array, "worlds moments"] = np.zeros((shape[0], SERIES_LENGTH), np.int32)
-        self._on_path, self._n_shares = loop.memory.to_device(room), 0
+        zeros: Int32[Array, "worlds moments"] = np.zeros((shape[0], SERIES_LENGTH), np.int32)
+        self._on_path, self._n_shares = loop.memory.to_device(zeros), 0
         self._n_ticks: int = scenario.n_ticks
         self._period: int = max(1, round(SAMPLE_EVERY / scenario.tick))
 

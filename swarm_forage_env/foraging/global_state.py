@@ -86,10 +86,10 @@ class ForagingState(GlobalState):
     def of_robots(self) -> list[Array]:
         """Return these features of all robots."""
         robots = self._world.robots
-        seen = Situation.array(robots.shape)
+        situations = Situation.array(robots.shape)
         if self._has_beliefs:
-            seen = self._controller.minds["estimator"]["situation"]
-        known, ahead, left = seen["known"] != 0, *np.moveaxis(seen["areas"], 3, 0)
+            situations = self._controller.minds["estimator"]["situation"]
+        known, ahead, left = situations["known"] != 0, *np.moveaxis(situations["areas"], 3, 0)
         c, s = np.moveaxis(robots["heading"], 2, 0)[..., None]
         away = np.stack([c * ahead - s * left, s * ahead + c * left], axis=3)
         believed = robots["pose"][:, :, None, :2] + away
@@ -98,8 +98,8 @@ class ForagingState(GlobalState):
             robots["heading"],
             np.where(known[..., None], believed, 0.0),
             known,
-            seen["p"],
-            seen["goal"] if self._has_beliefs else np.zeros((*robots.shape, len(GOALS))),
+            situations["p"],
+            situations["goal"] if self._has_beliefs else np.zeros((*robots.shape, len(GOALS))),
             *([robots["is_faulty"]] if self._scenario.faults.is_any else []),
         ]
 

@@ -84,14 +84,14 @@ def add_errors(  # noqa: PLR0913 inputs and outputs
     is_meant: Bool[Array, "worlds robots"],
     out_sum: Float64[Array, " worlds"],
     out_count: Int64[Array, " worlds"],
-    which: tuple[int, int],
+    span: tuple[int, int],
 ) -> None:
     """Add the localisation error of each area that a robot knows to the sums of some worlds.
 
     Only robots with `is_meant` count. One lane sums each world, robot by robot, so that the sum is
     the same on all devices. Free names: lanes.
     """
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         for i in range(is_meant.shape[1] if lane() == 0 else 0):
             robot, situation = robots[w, i], estimators[w, i].situation
             for area in range(2):
@@ -101,10 +101,10 @@ def add_errors(  # noqa: PLR0913 inputs and outputs
 
 
 def count_on_path(
-    robots: Array, at: int, out: Int32[Array, "worlds moments"], which: tuple[int, int]
+    robots: Array, at: int, out: Int32[Array, "worlds moments"], span: tuple[int, int]
 ) -> None:
     """Count the robots of some worlds on the path, in column `at`. Free names: lanes."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+    for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         for i in range(robots.shape[1] if lane() == 0 else 0):
             robot = robots[w, i]
             if robot.known[NEST] and robot.known[PREY]:

@@ -76,10 +76,10 @@ N_SYMBOLS = 4
 
 def symbols() -> Float32[Array, "choices numbers"]:
     """Return the messages of discrete actions: silence, or one of the first words set to 1."""
-    said = np.zeros((1 + N_SYMBOLS, 1 + WORDS), np.float32)
-    said[0, 0], said[1:, 0] = -1.0, 1.0
-    said[1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
-    return said
+    messages = np.zeros((1 + N_SYMBOLS, 1 + WORDS), np.float32)
+    messages[0, 0], messages[1:, 0] = -1.0, 1.0
+    messages[1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
+    return messages
 
 
 _STEERING = replace(MOTION, observes=_SITUATION, target="situation.target", walk=_WALK)
@@ -100,7 +100,7 @@ LEARNABLE = {
         (),
         slots,
         decision_period=5,
-        said=symbols(),
+        messages=symbols(),
     ),
 }
 """Policy interfaces by the value of `learn`."""

@@ -70,25 +70,25 @@ class Scenario(EpuckScenario):
             )
             away = f"area_distance must be at least {2.0 * (task.start_radius + radius):g} [m]"
         for number, area in enumerate(places):
-            given = f"areas[{number}]" if task.areas else f"area_distance={task.area_distance}"
-            what = f"task.{given}: the {area.kind} area of radius {radius} m"
+            name = f"areas[{number}]" if task.areas else f"area_distance={task.area_distance}"
+            subject = f"task.{name}: the {area.kind} area of radius {radius} m"
             for x, y in area.centres:
                 if max(abs(x) - half_x, abs(y) - half_y) + radius > ROUNDING:
                     raise ValueError(
-                        f"{what} about ({x:g}, {y:g}) lies outside the arena of {arena.length} x"
+                        f"{subject} about ({x:g}, {y:g}) lies outside the arena of {arena.length} x"
                         f" {arena.width} m; {inside}"
                     )
                 for other in range(number):
                     apart = min(math.dist((x, y), centre) for centre in places[other].centres)
                     if apart < 2.0 * radius - ROUNDING:
                         raise ValueError(
-                            f"{what} about ({x:g}, {y:g}) overlaps task.areas[{other}], where that"
-                            " is or moves to; keep them apart"
+                            f"{subject} about ({x:g}, {y:g}) overlaps task.areas[{other}], where"
+                            " that is or moves to; keep them apart"
                         )
             if math.hypot(*area.centre) < task.start_radius + radius - ROUNDING:
                 raise ValueError(
-                    f"{what} about ({area.centre[0]:g}, {area.centre[1]:g}) reaches into the start"
-                    f" circle of radius {task.start_radius} m; {away}"
+                    f"{subject} about ({area.centre[0]:g}, {area.centre[1]:g}) reaches into the"
+                    f" start circle of radius {task.start_radius} m; {away}"
                 )
 
     @property

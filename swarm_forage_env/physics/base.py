@@ -37,7 +37,7 @@ class Physics:
     def snapshot(self) -> object:
         """Return the memory of the engine as a picklable object."""
 
-    def restore(self, kept: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above
+    def restore(self, snapshot: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above
         """Restore a snapshot, with these scenarios."""
 
 

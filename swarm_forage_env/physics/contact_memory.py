@@ -96,13 +96,13 @@ def _trees(space: pymunk.Space) -> tuple[Any, Any]:
     """Return the trees of robots and walls; ConfigError if the memory layout is unknown."""
     at = _at("Space", space._space)
     there = at.collision_slop, at.stamp, at.last_step, at.n_shapes_ever
-    told = (
+    expected = (
         space.collision_slop,
         lib.cpSpaceGetTimestamp(space._space),
         lib.cpSpaceGetCurrentTimeStep(space._space),
         lib.cpSpaceGetShapeIDCounter(space._space),
     )
-    is_known = there == told and {body.space for body in _bodies(space)} == {at}
+    is_known = there == expected and {body.space for body in _bodies(space)} == {at}
     if is_known and (at.robots.tree_of_walls, at.walls.tree_of_robots) == (at.walls, at.robots):
         return at.robots, at.walls
     raise ConfigError(

@@ -20,8 +20,8 @@ MASS = 0.15
 FRICTION = 0.2
 """Friction coefficient of bodies, walls and obstacles (chosen)."""
 
-WRITTEN = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
-READ = BodyFields.POSITION | BodyFields.ANGLE
+TO_READ = BodyFields.POSITION | BodyFields.ANGLE
+TO_WRITE = TO_READ | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 
 
 @ENGINES.register("rigid")
@@ -89,8 +89,8 @@ def space_of(scenario: EpuckScenario) -> pymunk.Space:
 def _connected(memory: Array) -> list[object]:
     memory["writer"] = address_of(ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"))
     memory["reader"] = address_of(ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"))
-    to_write = _argument(WRITTEN, memory["writing"], memory["written"])
-    to_read = _argument(READ, memory["reading"], memory["read"])
+    to_write = _argument(TO_WRITE, memory["writing"], memory["written"])
+    to_read = _argument(TO_READ, memory["reading"], memory["read"])
     memory["to_write"], memory["to_read"] = address_of(to_write), address_of(to_read)
     return [to_write, to_read]
 

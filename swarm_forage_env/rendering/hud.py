@@ -15,7 +15,7 @@ from swarm_forage_env.scene import WITHIN, Scene, Stage
 FINENESS = 4
 """Factor by which text and icons are enlarged when drawn; scaling down smooths their edges."""
 
-ROOM = 512
+MAX_CACHED_TEXTS = 512
 """Number of rendered texts in the cache."""
 
 BELIEF = f"dashed: where it believes the area is; ring: {100 * P_RING:g} cm wider per metre of p"
@@ -39,7 +39,7 @@ class HeadUpDisplay:
         pygame.font.init()
         self._font = pygame.font.Font(None, layout.text * FINENESS)
         """Font bundled with pygame-ce, the same on all systems."""
-        self._words = lru_cache(ROOM)(self._drawn_words)
+        self._words = lru_cache(MAX_CACHED_TEXTS)(self._drawn_words)
         self._blank = pygame.Surface(picture.get_size(), depth=32)
         """Background: the parts that are the same in every picture."""
         self._blank.fill(palette.PAGE)
@@ -51,11 +51,11 @@ class HeadUpDisplay:
             line = layout.legend_lines + 1 + stage.believes
             self._write_line(self._blank, HELP, line, palette.FAINT)
 
-    def draw(self, scene: Scene, selected: int | None, aside: str) -> None:
+    def draw(self, scene: Scene, selected: int | None, note: str) -> None:
         """Draw everything but the arena."""
         layout = self._layout
         self._picture.blit(self._blank, (0, 0))
-        self._draw_title(scene, aside)
+        self._draw_title(scene, note)
         left, y = layout.margin, layout.margin // 2 + layout.line
         for name, value in self._counts(scene):
             left += self._write(self._picture, name, left, y, palette.FAINT) + layout.margin // 2
@@ -72,14 +72,14 @@ class HeadUpDisplay:
             counts.insert(1, ("Wrong claims", f"{int(scene.localised.wrong.sum())}"))
         return [*counts, ("Robots", f"{self._stage.n_robots}")]
 
-    def _draw_title(self, scene: Scene, aside: str) -> None:
+    def _draw_title(self, scene: Scene, note: str) -> None:
         layout, y = self._layout, self._layout.margin // 2
         clock = f"{clock_text(scene.time)} of {clock_text(self._stage.duration)}"
-        clock = f"{aside}   {clock}" if aside else clock
+        clock = f"{note}   {clock}" if note else clock
         width = self._width_of(clock)
         self._write(self._picture, clock, layout.width - layout.margin - width, y)
-        room = layout.width - 4 * layout.margin - width
-        title = self._cut(f"{self._stage.scenario}   {self._stage.controller}", room)
+        width_left = layout.width - 4 * layout.margin - width
+        title = self._cut(f"{self._stage.scenario}   {self._stage.controller}", width_left)
         self._write(self._picture, title, layout.margin, y)
 
     def _draw_progress(self, time: float) -> None:
@@ -120,8 +120,8 @@ class HeadUpDisplay:
 
     def _words_on(self, scene: Scene, robot: int) -> str:
         is_faulty = scene.faulty is not None and scene.faulty[robot]
-        doing = self._stage.states[scene.doing[robot]]
-        words = [f"Robot {robot}: {doing}{', faulty' if is_faulty else ''}"]
+        activity = self._stage.states[scene.activity[robot]]
+        words = [f"Robot {robot}: {activity}{', faulty' if is_faulty else ''}"]
         if (own := scene.localised) is not None:
             places = np.stack([own.believed[robot], own.goal[robot]]) - scene.pose[robot, :2]
             off, away = np.hypot(*places.T)
@@ -149,8 +149,8 @@ class HeadUpDisplay:
     ) -> None:
         """Write a text, cut to the available width, in a line below the arena."""
         left = left or self._layout.margin
-        room = self._layout.width - self._layout.margin - left
-        self._write(on, self._cut(text, room), left, self._below(line), ink)
+        width_left = self._layout.width - self._layout.margin - left
+        self._write(on, self._cut(text, width_left), left, self._below(line), ink)
 
     def _write(
         self, on: pygame.Surface, text: str, x: float, y: float, ink: Colour = palette.INK
@@ -167,11 +167,11 @@ class HeadUpDisplay:
     def _width_of(self, text: str) -> int:
         return round(self._font.size(text)[0] / FINENESS)
 
-    def _cut(self, text: str, room: float) -> str:
+    def _cut(self, text: str, width_left: float) -> str:
         """Cut a text to a width [px]."""
-        if self._width_of(text) <= room:
+        if self._width_of(text) <= width_left:
             return text
-        while text and self._width_of(text + "...") > room:
+        while text and self._width_of(text + "...") > width_left:
             text = text[:-1]
         return text + "..."
 

@@ -59,7 +59,7 @@ class Painter:
         """Add a scene, drawn or not, to the trails and recent messages."""
         self._trails.take(scene)
 
-    def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
+    def paint(self, scene: Scene, show: Show, note: str = "") -> pygame.Surface:
         """Return the picture of the last scene given to `take`; the next call overwrites it."""
         areas = self._stage.areas_at(scene.time)
         if not np.array_equal(areas, self._areas):
@@ -77,7 +77,7 @@ class Painter:
             self._draw_rims()
         self._write_names(scene)
         pygame.transform.smoothscale(self._canvas, self._smooth.get_size(), self._smooth)
-        self._panel.draw(scene, show.selected, aside)
+        self._panel.draw(scene, show.selected, note)
         x, y = self.layout.corner
         self._picture.blit(self._smooth, (x - self._wall, y - self._wall))
         return self._picture
@@ -203,18 +203,18 @@ class Painter:
         """
         robots = self._spot(scene.pose[:, :2])
         clear = self.layout.robot_radius * self._fine + 5.0 * self._pixel
-        taken: list[pygame.Rect] = []
-        for which, (centre, radius, ground, name) in enumerate(self._names()):
+        occupied: list[pygame.Rect] = []
+        for index, (centre, radius, ground, name) in enumerate(self._names()):
             word = self._large.render(name, True, palette.INK)
             is_inside = word.get_width() < 1.6 * radius
             x, y = centre.tolist()
             places = places_about((x, y), word.get_size(), radius + 3.0 * self._pixel, is_inside)
-            order = [self._places.get(which, 0), *range(len(places))]
-            free = (k for k in order if is_free(places[k], self._inside, robots, clear, taken))
+            order = [self._places.get(index, 0), *range(len(places))]
+            free = (k for k in order if is_free(places[k], self._inside, robots, clear, occupied))
             if (chosen := next(free, None)) is None:
                 continue
-            self._places[which] = chosen
-            taken.append(places[chosen])
+            self._places[index] = chosen
+            occupied.append(places[chosen])
             inside = is_inside and chosen == 0
             self._canvas.fill(ground if inside else palette.FLOOR, places[chosen])
             self._canvas.blit(word, places[chosen])
@@ -228,14 +228,14 @@ class Painter:
             yield self._spot(np.zeros(2)), 6.0 * self._pixel, palette.FLOOR, "home"
 
     def _draw_trails(self, scene: Scene) -> None:
-        places, doing = self._trails.trails()
+        places, activities = self._trails.trails()
         spots = self._spot(np.concatenate([places, scene.pose[None, :, :2]]))
-        points, width = len(doing), self._width(1.3)
+        points, width = len(activities), self._width(1.3)
         for k in range(points):
             share = 0.12 + 0.55 * (k + 1) / points
-            inks = [mixed(trail_colour(code), palette.FLOOR, share) for code in palette.DOING]
+            inks = [mixed(trail_colour(code), palette.FLOOR, share) for code in palette.ROBOT]
             for code, a, b in zip(
-                doing[k].tolist(), spots[k].tolist(), spots[k + 1].tolist(), strict=True
+                activities[k].tolist(), spots[k].tolist(), spots[k + 1].tolist(), strict=True
             ):
                 pygame.draw.line(self._canvas, inks[code], a, b, width)
 
@@ -253,8 +253,8 @@ class Painter:
     def _draw_robots(self, scene: Scene, selected: int | None) -> None:
         size = self.layout.robot_radius * self._fine, 1.2 * self._pixel
         spots, headings = self._spot(scene.pose[:, :2]).tolist(), scene.pose[:, 2].tolist()
-        for spot, heading, doing in zip(spots, headings, scene.doing.tolist(), strict=True):
-            shapes.draw_robot(self._canvas, spot, heading, doing, size)
+        for spot, heading, activity in zip(spots, headings, scene.activity.tolist(), strict=True):
+            shapes.draw_robot(self._canvas, spot, heading, activity, size)
         if scene.faulty is not None:
             for robot in np.flatnonzero(scene.faulty):
                 shapes.draw_fault_mark(self._canvas, spots[robot], size[0], self._width(1.5))
@@ -287,10 +287,10 @@ def is_free(
     arena: pygame.Rect,
     robots: Float64[Array, "robots 2"],
     radius: float,
-    taken: Sequence[pygame.Rect],
+    occupied: Sequence[pygame.Rect],
 ) -> bool:
     """Return whether a place is inside the arena and clear of all robots and other names [px]."""
-    if not arena.contains(place) or place.collidelist(list(taken)) >= 0:
+    if not arena.contains(place) or place.collidelist(list(occupied)) >= 0:
         return False
     nearest = np.clip(robots, place.topleft, place.bottomright)
     return bool((np.hypot(*(robots - nearest).T) > radius).all())

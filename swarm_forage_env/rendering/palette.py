@@ -10,7 +10,7 @@ Colour = tuple[int, int, int]
 BLUE, ORANGE, GREEN = (0, 114, 178), (230, 159, 0), (0, 158, 115)
 BLACK, WHITE, VERMILION = (0, 0, 0), (255, 255, 255), (213, 94, 0)
 
-DOING: dict[int, Colour] = dict(enumerate((WHITE, BLUE, ORANGE, BLACK, GREEN)))
+ROBOT: dict[int, Colour] = dict(enumerate((WHITE, BLUE, ORANGE, BLACK, GREEN)))
 """Colour of a robot by its state, in the order of `scene.STATES`. Exploring robots have no goal and
 are white."""
 
@@ -42,6 +42,6 @@ def mixed(colour: Colour, ground: Colour, share: float) -> Colour:
     return r, g, b
 
 
-def trail_colour(doing: int) -> Colour:
+def trail_colour(activity: int) -> Colour:
     """Return the colour of a trail: that of the robot, or grey where white would be invisible."""
-    return (150, 150, 146) if doing == EXPLORING else DOING[doing]
+    return (150, 150, 146) if activity == EXPLORING else ROBOT[activity]

@@ -99,7 +99,7 @@ def _columns(scene: Scene) -> dict[str, tuple[float, Array]]:
         "x": (PLACE, x),
         "y": (PLACE, y),
         "heading": (TURN, heading),
-        "doing": (WHOLE, scene.doing),
+        "doing": (WHOLE, scene.activity),
     }
     if (own := scene.localised) is not None:
         columns |= {"right": (WHOLE, own.right), "wrong": (WHOLE, own.wrong)}

@@ -30,7 +30,7 @@ SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "drive
 """Scripts of the page, in loading order."""
 
 
-OF_STAGE = (
+STAGE_FIELDS = (
     "scenario", "length", "width", "kinds", "names", "moves", "tick", "states", "believes",
     "headings",
 )  # fmt: skip
@@ -53,7 +53,7 @@ class Opening:
     """Playback speed, as a multiple of real time."""
     select: int | None = None
     """Index of the selected robot."""
-    beside: str | None = None
+    second_controller: str | None = None
     """Controller of a second swarm in the same world, shown next to the first."""
     colours: tuple[str, ...] = ("#0072b2", "#e69f00")
     """Colour of the curves and the label of each controller, as `#rrggbb`."""
@@ -77,8 +77,8 @@ class Replay:
     ) -> None:
         self._stage, self._seed, self._command = stage, seed, command
         self._opening = opening or Opening()
-        beside = self._opening.beside
-        self._controllers = [stage.controller] if beside is None else [stage.controller, beside]
+        second = self._opening.second_controller
+        self._controllers = [stage.controller] if second is None else [stage.controller, second]
         n_scenes = n_scenes or round(stage.duration / stage.tick) + 1
         max_frames = BUDGET // (BYTES_PER_ROBOT * stage.n_robots * len(self._controllers))
         every = 1
@@ -86,9 +86,9 @@ class Replay:
             every *= 2
         self._recordings = [Recording(every) for _ in self._controllers]
 
-    def add(self, scene: Scene, which: int = 0) -> None:
+    def add(self, scene: Scene, swarm: int = 0) -> None:
         """Add the next scene of a swarm. ConfigError if it is not later than the last."""
-        self._recordings[which].add(scene)
+        self._recordings[swarm].add(scene)
 
     def write(self, file: Path) -> None:
         """Write the page to a file, atomically.
@@ -134,8 +134,8 @@ def page_of(
 
     `also` holds additional permissions of its scripts; `others` are elements that they read.
     """
-    first, *beside = swarms
-    content = json.dumps({**about, **first, "beside": beside})
+    first, *rest = swarms
+    content = json.dumps({**about, **first, "beside": rest})
     return Template(part("replay.html")).substitute(
         title=html.escape(title),
         also=also,
@@ -151,7 +151,7 @@ def page_of(
 def about_of(stage: Stage, command: str, opening: Opening) -> dict[str, object]:
     """Return the data of a stage that a page needs, and its initial state."""
     return {
-        **{name: getattr(stage, name) for name in OF_STAGE},
+        **{name: getattr(stage, name) for name in STAGE_FIELDS},
         **{name: getattr(opening, name) for name in ("start", "speed", "select")},
         "command": command,
         "areas": stage.areas.tolist(),
@@ -180,7 +180,7 @@ def obstacles_shown(obstacles: Sequence[Outline]) -> list[dict[str, object]]:
 def _colours() -> dict[str, str | list[str]]:
     codes = range(len(STATES))
     return {
-        "doing": [_css(palette.DOING[code]) for code in codes],
+        "doing": [_css(palette.ROBOT[code]) for code in codes],
         "noses": [_css(palette.INK if code == EXPLORING else palette.WHITE) for code in codes],
         "trails": [_css(palette.trail_colour(code)) for code in codes],
         "areas": [_css(colour) for colour in palette.AREA],

@@ -17,7 +17,7 @@ Point = Sequence[float] | Float64[Array, " 2"]
 
 
 def draw_robot(
-    surface: pygame.Surface, at: Point, heading: float, doing: int, size: tuple[float, float]
+    surface: pygame.Surface, at: Point, heading: float, activity: int, size: tuple[float, float]
 ) -> None:
     """Draw a robot as a disc in the colour of its state, with a wedge that points ahead.
 
@@ -27,8 +27,8 @@ def draw_robot(
     radius, rim = size[0], min(size[1], 0.2 * size[0])
     c, s = math.cos(heading), -math.sin(heading)
     pygame.draw.circle(surface, palette.INK, at, radius)
-    pygame.draw.circle(surface, palette.DOING[doing], at, radius - rim)
-    ink = palette.INK if doing == EXPLORING else palette.WHITE
+    pygame.draw.circle(surface, palette.ROBOT[activity], at, radius - rim)
+    ink = palette.INK if activity == EXPLORING else palette.WHITE
     wedge = [(0.78, 0.0), (-0.1, 0.5), (-0.1, -0.5)]
     corners = [
         (at[0] + radius * (c * ahead - s * side), at[1] + radius * (s * ahead + c * side))

@@ -68,7 +68,7 @@ class Trails:
         """Return the recent positions of the robots, oldest first, and their states there."""
         past = [scene for scene in self._past if scene.time > self._now - TRAIL - 1e-9]
         places = np.stack([scene.pose[:, :2] for scene in past])
-        return places, np.stack([scene.doing for scene in past])
+        return places, np.stack([scene.activity for scene in past])
 
     def messages(self) -> Int32[Array, "messages ends"]:
         """Return sender and receiver of each distinct recent message."""

@@ -139,11 +139,11 @@ class Window:
         if self._screen is None or self._scene is None:
             return
         words, until = self._notice
-        aside = words if time.perf_counter() < until else f"{self.speed:g}x"
-        aside = f"paused   {aside}" if self.paused else aside
+        note = words if time.perf_counter() < until else f"{self.speed:g}x"
+        note = f"paused   {note}" if self.paused else note
         if self._driven is not None:
-            aside = f"arrows drive robot {self._driven}   {aside}"
-        self._screen.blit(self._painter.paint(self._scene, self.show_what, aside), (0, 0))
+            note = f"arrows drive robot {self._driven}   {note}"
+        self._screen.blit(self._painter.paint(self._scene, self.show_what, note), (0, 0))
         pygame.display.flip()
 
     def _answer(self) -> None:
@@ -188,9 +188,9 @@ class Window:
     def _select_none(self) -> None:
         self.show_what.selected = None
 
-    def _toggle(self, what: str) -> None:
+    def _toggle(self, field: str) -> None:
         switches = vars(self.show_what)
-        switches[what] = not switches[what]
+        switches[field] = not switches[field]
 
     def _select_at(self, spot: tuple[int, int]) -> None:
         if self._scene is not None:

@@ -43,24 +43,24 @@ def stage_of(scenario: WaypointsScenario, controller: str) -> scene.Stage:
     )
 
 
-def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> scene.Scene:
+def scene_of(world: WaypointsWorld, minds: Array, w: int = 0) -> scene.Scene:
     """Return the current scene of one world; without estimates if there are no estimators."""
-    robots, n = world.robots[which].view(np.recarray), world.n_robots
-    pose, seen = robots.pose.copy(), world.sightings["seen"][which]
+    robots, n = world.robots[w].view(np.recarray), world.n_robots
+    pose, seen = robots.pose.copy(), world.sightings["seen"][w]
     believed, ellipse = pose[:, :2].copy(), np.zeros((n, 3))
     if has_estimators(minds):
-        belief = rows(minds["estimator"]["belief"][which])
+        belief = rows(minds["estimator"]["belief"][w])
         believed, ellipse = belief.pose[:, :2].copy(), ellipses(belief.P[:, :2, :2])
     receiver, sender = np.nonzero(seen)
     goal, right, wrong = robots.goal.copy(), robots.right.copy(), robots.wrong.copy()
-    own = {
-        "doing": np.where(seen.any(axis=1), scene.TALKING, scene.EXPLORING).astype(np.int8),
-        "time": float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
+    fields = {
+        "activity": np.where(seen.any(axis=1), scene.TALKING, scene.EXPLORING).astype(np.int8),
+        "time": float(world.worlds["ticks"][w]) * world.scenarios[w].tick,
         "pose": pose,
         "messages": np.stack([sender, receiver], axis=1).astype(np.int32),
         "localised": scene.Localised(goal, believed, ellipse, right, wrong),
     }
-    return scene.Scene(**scene.without_beliefs(n) | own)
+    return scene.Scene(**scene.without_beliefs(n) | fields)
 
 
 def ellipses(covariance: Float64[Array, "robots 2 2"]) -> Float64[Array, "robots 3"]:

@@ -84,10 +84,10 @@ N_SYMBOLS = 2
 
 def symbols() -> Float32[Array, "choices numbers"]:
     """Return the messages of discrete actions: a claim or none, with no word or a single one."""
-    said = np.zeros((2, 1 + N_SYMBOLS, 1 + WORDS), np.float32)
-    said[0, :, 0], said[1, :, 0] = -1.0, 1.0
-    said[:, 1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
-    return said.reshape(-1, 1 + WORDS)
+    messages = np.zeros((2, 1 + N_SYMBOLS, 1 + WORDS), np.float32)
+    messages[0, :, 0], messages[1, :, 0] = -1.0, 1.0
+    messages[:, 1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
+    return messages.reshape(-1, 1 + WORDS)
 
 
 _MOTION = PolicyInterface(_SITUATION, _PULL, ("motion",), target="situation.goal")
@@ -106,7 +106,7 @@ LEARNABLE = {
         _PULL + paths("", "minds", PolicyMessages, "claim words"),
         (),
         robots,
-        said=symbols(),
+        messages=symbols(),
         target="readings.goal",
     ),
 }

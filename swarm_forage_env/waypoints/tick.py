@@ -32,9 +32,9 @@ def limited(speed: float, ahead: float, left: float, world: WorldState) -> tuple
 
     Source: BOIDS, authors' code (the paper says only that accelerations steer).
     """
-    asked = speed + world.max_acceleration * ahead * world.dt
+    target = speed + world.max_acceleration * ahead * world.dt
     turn = atan2(left, ahead) if ahead != 0.0 or left != 0.0 else 0.0
-    fast = min(max(asked, world.min_speed), world.max_speed)
+    fast = min(max(target, world.min_speed), world.max_speed)
     return fast, min(max(turn, -world.max_turn_rate), world.max_turn_rate)
 
 
@@ -154,13 +154,13 @@ def see_each_other(swarm: Array, sightings: Array, world: WorldState) -> None:
 @row_template
 def tick_world(world_arrays: Arrays, errors: Errors, w: int, n: int, n_moving: int) -> None:
     """Run one tick of the n robots of a world; if n_moving is 0, they only take first readings."""
-    robots, sightings, worlds, earned = world_arrays
+    robots, sightings, worlds, rewards = world_arrays
     swarm, world = robots[w], worlds[w]
     if n_moving > 0:
         world.ticks += 1
     for i in range(n_moving):
         judge_claim(swarm[i], world)
-        earned[w, i] += swarm[i].reward
+        rewards[w, i] += swarm[i].reward
         drive(swarm[i], world)
         measure_motion(swarm[i])
         fix_at_home(swarm[i], world)

@@ -57,7 +57,7 @@ class WaypointsWorld(World):
     @property
     def arrays(self) -> tuple[Array, ...]:
         """Arrays passed to the templates of a tick."""
-        return self.robots, self.sightings, self.worlds, self.earned
+        return self.robots, self.sightings, self.worlds, self.rewards
 
     @property
     def functions(self) -> Mapping[str, Kernel]:

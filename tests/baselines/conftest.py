@@ -185,10 +185,10 @@ def message():
 
     def say(nest=None, prey=None):
         spoken = Message.array((1,)).view(np.recarray)[0]
-        for area, told in ((NEST, nest), (PREY, prey)):
-            if told is not None:
-                spoken.told[area] = True
-                spoken.distance[area], spoken.direction[area], spoken.p[area] = told
+        for area, estimate in ((NEST, nest), (PREY, prey)):
+            if estimate is not None:
+                spoken.has_estimate[area] = True
+                spoken.distance[area], spoken.direction[area], spoken.p[area] = estimate
         return spoken
 
     return say

@@ -164,8 +164,8 @@ def test_an_exchange_takes_a_tick_at_least_and_zero_means_that_all_is_told():
 @pytest.mark.parametrize("n", [2.0**16, 2.0**8])
 def test_what_is_told_is_a_whole_multiple_of_the_steps_of_its_words(n):
     message = Message.array((1,))[0]
-    told = {"distance": (0.777, 99.0), "p": (12.3456, 1e6), "direction": (-3.1415, 1.234)}
-    for name, values in told.items():
+    estimates = {"distance": (0.777, 99.0), "p": (12.3456, 1e6), "direction": (-3.1415, 1.234)}
+    for name, values in estimates.items():
         message[name] = values
     for area in range(2):
         round_estimate(message, area, n)
@@ -173,7 +173,7 @@ def test_what_is_told_is_a_whole_multiple_of_the_steps_of_its_words(n):
     for name, step in steps.items():
         words = message[name].astype(np.float64) / step
         assert np.allclose(words, np.rint(words), atol=0.01)
-        off = abs(float(message[name][0]) - told[name][0])
+        off = abs(float(message[name][0]) - estimates[name][0])
         assert min(off, abs(off - 2.0 * math.pi)) <= 0.5 * step + 1e-6
     assert message["distance"][1] == np.float32((n - 1.0) * 8.192 / n)
     assert message["p"][1] == np.float32((n - 1.0) * 131.072 / n)
@@ -183,7 +183,7 @@ def test_robots_tell_words_where_the_payload_says_so():
     loop = Loop(find_scenario("es1"), find_controller("ssgikf:payload=int8"), [0], "kinematic")
     loop.run(1500)
     message = estimators_of(loop.controller.minds)["message"][0]
-    words = message["p"][message["told"] != 0] / (131.072 / 256)
+    words = message["p"][message["has_estimate"] != 0] / (131.072 / 256)
     assert words.max() > 1.0
     assert np.allclose(words, np.rint(words), atol=1e-3)
 

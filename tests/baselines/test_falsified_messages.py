@@ -22,7 +22,7 @@ FUNCTIONS = {
 def mind(kind=SocialMind, pose=(0.0, 0.0, 0.0), told=(1, 0), distance=2.0, direction=0.5, p=3.0):
     """A robot that tells of the nest."""
     found = kind.array((1,))
-    found["belief"]["pose"], found["message"]["told"] = pose, told
+    found["belief"]["pose"], found["message"]["has_estimate"] = pose, told
     found["message"]["distance"][:, 0], found["message"]["direction"][:, 0] = distance, direction
     found["message"]["p"][:, 0] = p
     return found
@@ -56,7 +56,7 @@ def test_a_lie_turns_shifts_or_replaces_the_place(falsehood, expected):
     found = mind()
     FUNCTIONS["falsify"](found[0], lie(**falsehood)[0])
     assert told(found) == pytest.approx(expected, abs=1e-6)
-    assert found["message"]["told"].tolist() == [[1, 0]]
+    assert found["message"]["has_estimate"].tolist() == [[1, 0]]
     assert not found["message"]["distance"][0, 1]
 
 
@@ -73,15 +73,15 @@ def test_a_stale_robot_goes_on_telling_the_first_place_in_its_own_frame(kind):
     repeat = FUNCTIONS["repeat" if kind is SocialMind else "repeat_ellipse"]
     found = mind(kind, told=(0, 0), distance=2.0, direction=0.0)
     repeat(found[0])
-    assert not found["is_kept"][0], "it has nothing to tell yet"
-    found["message"]["told"] = (1, 0)
+    assert not found["has_stale_message"][0], "it has nothing to tell yet"
+    found["message"]["has_estimate"] = (1, 0)
     repeat(found[0])
     assert told(found) == pytest.approx([2.0, 0.0, 3.0])
     found["belief"]["pose"] = (2.0, -1.0, math.pi / 2)  # now the place lies straight ahead
-    found["message"]["told"] = (0, 1)
+    found["message"]["has_estimate"] = (0, 1)
     found["message"]["distance"], found["message"]["p"] = 9.0, 8.0
     repeat(found[0])
-    assert found["message"]["told"].tolist() == [[1, 0]]
+    assert found["message"]["has_estimate"].tolist() == [[1, 0]]
     assert told(found) == pytest.approx([1.0, 0.0, 3.0], abs=1e-6)
 
 
@@ -95,14 +95,14 @@ def test_a_repeated_ellipse_turns_with_the_robot():
     assert found["message"]["short_axis"][0, 0] == pytest.approx(0.1)
 
 
-def places_told(loop):
+def places_sent(loop):
     """Where in the arena the messages of this tick place the nest, by sender, and their p."""
     state, minds = loop.world.robots[0], loop.controller.minds["estimator"][0]
     found = {}
     for i in range(len(state)):
         for sender in state["heard"]["sender"][i, : state["heard"]["n"][i]]:
             message, (x, y, theta) = minds["message"][sender], state["pose"][sender]
-            if message["told"][0]:
+            if message["has_estimate"][0]:
                 angle = theta + message["direction"][0]
                 place = np.array([np.cos(angle), np.sin(angle)]) * message["distance"][0]
                 found[int(sender)] = (place + np.array([x, y]), float(message["p"][0]))
@@ -115,15 +115,15 @@ def test_conspirators_tell_one_place_in_the_arena(controller):
     liars = {"faults.liar.share": 1.0, "faults.liar.conspire": "place"}
     scenario = find_scenario("es1", busy | liars)
     loop = Loop(scenario, find_controller(controller), [2], "kinematic")
-    lies = []
+    sent = []
     for _ in range(400):
         loop.step()
-        lies += places_told(loop).values()
-    places = np.array([place for place, _ in lies])
+        sent += places_sent(loop).values()
+    places = np.array([place for place, _ in sent])
     fresh = [place for place in places if np.hypot(*(place - places[0])) < 1e-5]
     assert len(fresh) > 20
     assert np.hypot(*(places[0] - scenario.areas[0])) >= 0.31
-    assert min(p for _, p in lies) == 0.0
+    assert min(p for _, p in sent) == 0.0
 
 
 @pytest.mark.parametrize("controller", ["nc", "ssgiff", "dsgikf", "covariance"])

@@ -14,7 +14,7 @@ from baselines.estimators.covariance_intersection import (
     IntersectionMind,
     fuse,
     intersect,
-    weigh_told,
+    weigh_estimates,
 )
 from baselines.estimators.decentralised_ekf import (
     DecentralisedEKF,
@@ -93,9 +93,9 @@ def least_eigenvalue(P):  # noqa: N803 as in the paper
 
 
 def weights_of(inverses):
-    crowd = crowd_of(IntersectionMind, len(inverses), told_inverse=inverses, told_weight=9.0)
-    weigh_told(crowd, len(crowd), np.ones((3, 3)), np.ones((3, 3)))
-    return crowd.told.weight
+    crowd = crowd_of(IntersectionMind, len(inverses), entry_inverse=inverses, entry_weight=9.0)
+    weigh_estimates(crowd, len(crowd), np.ones((3, 3)), np.ones((3, 3)))
+    return crowd.entry.weight
 
 
 @given(st.lists(COVARIANCES, min_size=1, max_size=6))
@@ -111,7 +111,7 @@ def test_the_weights_of_an_intersection_are_shares_and_those_of_the_paper(covari
 
 
 def fused(inverses, poses, weights):
-    columns = {"told_inverse": inverses, "told_pose": poses, "told_weight": weights}
+    columns = {"entry_inverse": inverses, "entry_pose": poses, "entry_weight": weights}
     crowd, out = crowd_of(IntersectionMind, len(inverses), **columns), one(PoseBelief)
     fuse(crowd, len(crowd), np.ones((3, 3)), out)
     return out.pose, out.P
@@ -149,7 +149,7 @@ def seen_at(x):
     return np.array([math.hypot(dx, dy), wrap(math.atan2(dy, dx) - x[2])])
 
 
-def told_pose(x, far, back, own):
+def pose_from(x, far, back, own):
     """What a robot at x believes of the pose of one that it sees, and that sees it."""
     direction = x[2] + back
     there = x[:2] + far * np.array([math.cos(direction), math.sin(direction)])
@@ -157,8 +157,8 @@ def told_pose(x, far, back, own):
 
 
 def intersected(pose, P, far, bearing, g):  # noqa: N803 as in the paper
-    """What robots believe that believed, and said, where they are, and all see each other."""
-    columns = {"belief_pose": pose, "belief_P": P, "said_pose": pose, "said_P": P}
+    """What robots believe that believed, and sent, where they are, and all see each other."""
+    columns = {"belief_pose": pose, "belief_P": P, "sent_pose": pose, "sent_P": P}
     crowd = crowd_of(IntersectionMind, len(pose), **columns, exchange_weight=g)
     sightings = Sighting.array(far.shape).view(np.recarray)
     sightings.seen, sightings.range, sightings.bearing = (
@@ -180,13 +180,13 @@ def test_a_share_of_an_intersection_is_taken_from_the_weights_of_the_neighbours(
         poses, inverses = [pose[i]], [np.linalg.inv(P[i])]
         for j in [j for j in range(robots) if j != i]:
             measured = np.array([far[j, i], bearing[j, i], bearing[i, j]], float)
-            told = told_pose(pose[j], *measured)
-            told[2] = pose[i, 2] + wrap(told[2] - pose[i, 2])
+            expected = pose_from(pose[j], *measured)
+            expected[2] = pose[i, 2] + wrap(expected[2] - pose[i, 2])
             at = np.concatenate([pose[j], measured])
-            J = jacobian(lambda x: told_pose(x[:3], *x[3:]), at)  # noqa: N806 a Jacobian
+            J = jacobian(lambda x: pose_from(x[:3], *x[3:]), at)  # noqa: N806 a Jacobian
             noise = np.diag([VAR_RANGE, VAR_BEARING, VAR_BEARING])
             heard = J[:, :3] @ P[j] @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
-            poses.append(told)
+            poses.append(expected)
             inverses.append(np.linalg.inv(heard))
         weights = g * weights_of(inverses)
         weights[0] += 1.0 - g

@@ -95,25 +95,25 @@ def test_on_its_way_a_single_filter_tells_only_where_it_comes_from(believers):
         swarm.know(0, NEST, 0.0, -2.0, p=1.5, came_from=True)
         swarm.know(0, PREY, 3.0, 0.0, p=4.0)
         swarm.sense()
-        (said,), speaking = swarm.say()
+        (sent,), speaking = swarm.say()
         assert speaking[0]
-        assert said.told.tolist() == told
+        assert sent.has_estimate.tolist() == told
         for area, about in ((NEST, [2.0, -math.pi / 2, 1.5]), (PREY, [3.0, 0.0, 4.0])):
             if told[area]:
-                numbers = said.distance[area], said.direction[area], said.p[area]
+                numbers = sent.distance[area], sent.direction[area], sent.p[area]
                 np.testing.assert_allclose(numbers, about, rtol=1e-6)
 
 
-@pytest.mark.parametrize(("first_hand", "told"), [(True, [0, 1]), (False, [1, 1])])
-def test_hearsay_is_passed_on_only_without_first_hand(believers, first_hand, told):
+@pytest.mark.parametrize(("first_hand", "areas"), [(True, [0, 1]), (False, [1, 1])])
+def test_hearsay_is_passed_on_only_without_first_hand(believers, first_hand, areas):
     swarm = believers(1, double=True, first_hand=first_hand)
     swarm.know(0, NEST, 0.0, -2.0, p=1.5, visited=False)
     swarm.sense()
     assert swarm.say()[1][0] != first_hand
     swarm.know(0, PREY, 3.0, 0.0, p=4.0, came_from=True)
     swarm.sense()
-    said, _ = swarm.say()
-    assert said.told[0].tolist() == told
+    sent, _ = swarm.say()
+    assert sent.has_estimate[0].tolist() == areas
 
 
 def test_who_knows_both_areas_tells_of_none_of_which_it_is_too_unsure(believers):
@@ -121,14 +121,14 @@ def test_who_knows_both_areas_tells_of_none_of_which_it_is_too_unsure(believers)
     swarm.know(0, NEST, 0.0, -2.0, p=4.0, came_from=True)
     swarm.know(0, PREY, 3.0, 0.0, p=4.1)
     swarm.sense()
-    said, speaking = swarm.say()
-    assert (speaking[0], said.told[0].tolist()) == (True, [1, 0])
+    sent, speaking = swarm.say()
+    assert (speaking[0], sent.has_estimate[0].tolist()) == (True, [1, 0])
     swarm.beliefs.p[:] = 5.0
-    said, speaking = swarm.say()
-    assert (speaking[0], said.told[0].tolist()) == (False, [0, 0])
+    sent, speaking = swarm.say()
+    assert (speaking[0], sent.has_estimate[0].tolist()) == (False, [0, 0])
     swarm.beliefs.known[0, PREY] = False
-    said, speaking = swarm.say()
-    assert (speaking[0], said.told[0].tolist()) == (True, [1, 0]), "of one area however unsure"
+    sent, speaking = swarm.say()
+    assert (speaking[0], sent.has_estimate[0].tolist()) == (True, [1, 0]), "however unsure"
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_of_many_partners_the_one_whose_time_runs_out_first_is_forgotten_first(b
     for partner in range(1, 11):
         while not swarm.sense(messages=[(0, partner, told, BEAM)])[0]:
             pass
-    assert sorted(swarm.beliefs.met[0].tolist()) == [*range(3, 11)]
+    assert sorted(swarm.beliefs.recent_partners[0].tolist()) == [*range(3, 11)]
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_a_second_teller_who_agrees_is_believed(robot):
     assert belief["known"].tolist() == [1, 0]
     assert belief["location"][NEST].tolist() == pytest.approx([1.0, 0.29])
     assert belief["p"][NEST] == 5.0
-    assert belief["pending_from"][NEST] == NOBODY
+    assert belief["pending_sender"][NEST] == NOBODY
 
 
 @pytest.mark.parametrize(("teller", "place"), [(4, (1.0, 0.31)), (3, (1.0, 0.0))])

@@ -10,8 +10,8 @@ def test_the_cards_are_listed(command):
     assert status == 0
     assert "1 near  Near, without drift" in stdout
     assert "sb3_ppo" in stdout
-    _, told, _ = command("benchmark", "list", "--format=json")
-    assert [each["name"] for each in json.loads(told)] == list(read_rungs())
+    _, listed, _ = command("benchmark", "list", "--format=json")
+    assert [each["name"] for each in json.loads(listed)] == list(read_rungs())
 
 
 def test_a_page_is_written_without_runs(command, tmp_path):

@@ -83,24 +83,24 @@ def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp
         return run(job, **options)
 
     monkeypatch.setattr(runner, "_run_block", delete_before_the_last)
-    told = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT
-    status, stdout, stderr = command(*told)
+    arguments = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT
+    status, stdout, stderr = command(*arguments)
     assert status == 1
     assert len(json.loads(stdout)) == 4, "the run goes on to its end"
     last = stderr.splitlines()[-1]
     assert "runs/es1: 2 of 4 episodes are not there any more: scenario=es1/controller=nc/" in last
     assert last.count(".parquet") == 2
     assert len(pq.read_table(tmp_path / "runs" / "es1")) == 2
-    status, again, _ = command(*told)
+    status, again, _ = command(*arguments)
     assert status == 0
     without = [[each | {"wall_s": 0} for each in json.loads(text)] for text in (stdout, again)]
     assert without[0] == without[1]
 
 
 def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
-    told = "evaluate", "es1", "nc", "--episodes=2", *SHORT
-    episodes = json.loads(command(*told, "--format=json")[1])
-    status, stdout, stderr = command(*told, "--format=csv")
+    arguments = "evaluate", "es1", "nc", "--episodes=2", *SHORT
+    episodes = json.loads(command(*arguments, "--format=json")[1])
+    status, stdout, stderr = command(*arguments, "--format=csv")
     lines = list(csv.DictReader(io.StringIO(stdout)))
     assert status == 0
     assert "2 of 2 episodes found in runs/es1, 0 to run" in stderr
@@ -108,12 +108,12 @@ def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
 
 
 def test_the_table_compares_with_the_first_controller_and_the_plot_is_drawn(command, tmp_path):
-    told = "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
-    status, stdout, stderr = command(*told)
+    words = "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
+    status, stdout, stderr = command(*words)
     assert status == 0
     made = "swarm-forage: --plot figures/trips.svg: made the folder figures\n"
     assert stderr.count(made) == 1
-    _, _, stderr = command(*told)
+    _, _, stderr = command(*words)
     assert "made the folder" not in stderr, "it is there"
     assert "Round trips against nc" in stdout
     assert max(map(len, stdout.splitlines())) <= 80
@@ -140,9 +140,9 @@ def test_list_says_what_each_name_is_in_80_columns_and_breaks_no_name(command):
     policies = {f"{kind}:FILE" for kind in POLICIES}
     assert policies.union(SCENARIOS, CONTROLLERS, REFERENCES, ENGINES) <= first
     for registry in (SCENARIOS, CONTROLLERS, REFERENCES, ENGINES, POLICIES):
-        told = {name: registry.about(name) for name in registry}
-        assert all(len(about.split()) > 2 for about in told.values()), told
-        assert len(set(told.values())) >= len(told) - 6, "the waypoints differ in their size alone"
+        texts = {name: registry.about(name) for name in registry}
+        assert all(len(about.split()) > 2 for about in texts.values()), texts
+        assert len(set(texts.values())) >= len(texts) - 6, "the waypoints differ in size alone"
 
 
 def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):

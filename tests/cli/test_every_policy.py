@@ -148,5 +148,5 @@ def test_what_is_assumed_of_a_model_without_a_card_is_told_once(command, tmp_pat
     status, out, err = command("evaluate", "es1", "nc", name, *SHORT, "--format=json")
     assert status == 0, err
     assert len(json.loads(out)) == 4
-    (told,) = [line for line in err.splitlines() if "card" in line]
-    assert f"swarm-forage: policy bare.zip has no card: assuming learn=motion, {assumed}" in told
+    (notice,) = [line for line in err.splitlines() if "card" in line]
+    assert f"swarm-forage: policy bare.zip has no card: assuming learn=motion, {assumed}" in notice

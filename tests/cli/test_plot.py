@@ -18,8 +18,8 @@ def evaluated(command):
 
 @pytest.mark.usefixtures("evaluated")
 def test_a_figure_is_written_in_each_format_with_the_command_in_it(command, tmp_path):
-    told = "plot", "on-path", "runs/es1", "--controller=nc"
-    status, stdout, stderr = command(*told, "--out=figures/x.png", "--out=figures/x.svg")
+    command_line = "plot", "on-path", "runs/es1", "--controller=nc"
+    status, stdout, stderr = command(*command_line, "--out=figures/x.png", "--out=figures/x.svg")
     assert (status, stdout) == (0, "")
     assert stderr.splitlines() == [
         "swarm-forage: --out figures/x.png: made the folder figures",
@@ -77,8 +77,8 @@ def test_a_figure_for_a_paper_is_as_broad_as_a_column_and_has_its_caption_if_ask
             wide.append(image.width / 200)
         captions.append((tmp_path / "x.svg").read_text().count("Quartile boxes"))
     assert (wide, captions) == ([8.0, 3.35], [1, 2]), "one caption is in the metadata"
-    told = json.loads((tmp_path / "x.png.json").read_text())["command"]
-    assert told == "swarm-forage plot boxplot runs/es1 --style paper --caption"
+    command_line = json.loads((tmp_path / "x.png.json").read_text())["command"]
+    assert command_line == "swarm-forage plot boxplot runs/es1 --style paper --caption"
 
 
 REFUSED = [

@@ -104,16 +104,16 @@ REFUSED += [(("watch", "es1", "--set=task.duration=12", *words.split()), told)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"), REFUSED, ids=[" ".join(each[0]) for each in REFUSED]
+    ("arguments", "message"), REFUSED, ids=[" ".join(each[0]) for each in REFUSED]
 )
-def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told):
+def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, message):
     (tmp_path / "taken").write_text("")
     (tmp_path / "mine.yaml").write_text("")
     (tmp_path / "plain.toml").write_text("[task]\nn_robots = 12\n")
     status, stdout, stderr = command(*arguments)
     assert status == 2
     assert stdout == ""
-    assert told in stderr
+    assert message in stderr
     assert len(stderr.splitlines()) == 1
     assert stderr.startswith("swarm-forage: ")
     assert "Errno" not in stderr
@@ -122,20 +122,20 @@ def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told
 
 
 @pytest.mark.parametrize(
-    ("fault", "told"),
+    ("fault", "message"),
     [
         (BrokenProcessPool("a process"), "a worker was ended from outside"),
         (OSError(28, "No space left on device", "x"), ": No space left on device: 'x'"),
     ],
 )
-def test_what_goes_wrong_on_the_way_gets_one_line(command, monkeypatch, fault, told):
+def test_what_goes_wrong_on_the_way_gets_one_line(command, monkeypatch, fault, message):
     def fail(*_):
         raise fault
 
     monkeypatch.setattr("baselines.evaluation.runner.warm_up", fail)
     status, stdout, stderr = command(*EVALUATE)
     assert (status, stdout) == (1, "")
-    assert told in stderr.splitlines()[-1]
+    assert message in stderr.splitlines()[-1]
     assert len(stderr.splitlines()) == 2, "the run had begun with a line of its own"
 
 
@@ -167,14 +167,14 @@ READ = [
 
 @pytest.mark.parametrize("address", ["s3://bucket/x", "memory://x"])
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [*(((*words, "{}"), f"'{words[-1]}': {{}}{HERE}") for words in FILES), *READ],
 )
 def test_an_address_is_refused_where_there_must_be_a_file_or_folder(
-    command, tmp_path, arguments, told, address
+    command, tmp_path, arguments, message, address
 ):
     status, stdout, stderr = command(*(each.replace("{}", address) for each in arguments))
     assert (status, stdout, len(stderr.splitlines())) == (2, "", 1)
-    assert told.replace("{}", address) in stderr
+    assert message.replace("{}", address) in stderr
     assert address in stderr
     assert list(tmp_path.iterdir()) == []

@@ -157,12 +157,12 @@ def recorded():
 
     def run(name):
         loop = running(name)
-        told = [loop.world.robots.copy()]
+        before = [loop.world.robots.copy()]
         for _ in range(1200):
             loop.step()
-            told.append(loop.world.robots.copy())
-            assert np.abs(told[-1]["command"]["wheels"]).max() <= 1.0
-        return told
+            before.append(loop.world.robots.copy())
+            assert np.abs(before[-1]["command"]["wheels"]).max() <= 1.0
+        return before
 
     kept = {}
     return lambda name: kept.setdefault(name, run(name))

@@ -129,11 +129,11 @@ def test_worlds_that_begin_anew_in_a_step_are_those_that_are_reset_after_it():
     one, two = (array_env("es1", stagger=True, stack=2, shaping=0.5, **terms) for _ in range(2))
     actions = one.memory.to_device(np.full((9, 10, 2), 0.3, np.float32))
     one.reset(seed=5), two.reset(seed=5)
-    room = None
+    outputs = None
     for _ in range(10):
         final, rewards, *_ = one.step(actions)
-        step = two.step_and_reset(actions, room)
-        room = step.room
+        step = two.step_and_reset(actions, outputs)
+        outputs = step.outputs
         np.testing.assert_array_equal(one.is_over, step.is_over)
         for mine, his in ((final, step.final), (rewards, step.rewards)):
             np.testing.assert_array_equal(mine.copy_to_host(), his.copy_to_host())

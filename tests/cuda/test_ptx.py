@@ -120,8 +120,8 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
         acting = it.fields, it.learners, given, it.form, it.actions, limits
         compiles(kernels.act, names, state, acting, crediting)
     compiles(kernels.settle, {"potential": potential}, state, crediting, it.learners, rewards)
-    beside = it.additions, pair[:, 0].copy(), it.actions
-    observed = it.scaling, beside, modes, (seen, it.frames, seen)
+    extras = it.additions, pair[:, 0].copy(), it.actions
+    observed = it.scaling, extras, modes, (seen, it.frames, seen)
     compiles(kernels.observe, {}, it.fields, it.learners, *observed)
     if learn != "everything":  # there are exchanges
         ends = it.learners[:2]

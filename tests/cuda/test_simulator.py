@@ -46,7 +46,7 @@ gpu.check()
 check_same_bits(cpu.world.robots, there.world.robots)
 check_same_bits(cpu.world.worlds, there.world.worlds)
 check_same_bits(cpu.controller.minds, there.controller.minds)
-np.testing.assert_array_equal(trips, gpu.arrays["earned"].copy_to_host())
+np.testing.assert_array_equal(trips, gpu.arrays["rewards"].copy_to_host())
 print(*happened)
 """
 )
@@ -99,15 +99,15 @@ def drawn(*shape):
     return rng.uniform(space.low, space.high, (*shape, *space.shape)).astype(np.float32)
 
 same(cpu.reset(seed=5), gpu.reset(seed=5))
-room = None
+outputs = None
 for step in range(7):
     actions = drawn(cpu.n_worlds, len(cpu.learners))
     if step % 3 == 2:  # worlds that end begin anew in the same launch
         mine = cpu.step_and_reset(actions)
-        his = gpu.step_and_reset(gpu.memory.to_device(actions), room)
+        his = gpu.step_and_reset(gpu.memory.to_device(actions), outputs)
         same((*mine[:4], {}), (*his[:4], {}))
-        assert room is None or his.room is room
-        room = his.room
+        assert outputs is None or his.outputs is outputs
+        outputs = his.outputs
         continue
     same(cpu.step(actions), gpu.step(gpu.memory.to_device(actions)))
     over = cpu.is_over
@@ -162,7 +162,7 @@ for env in (cpu, gpu.download()):  # everybody knows something, and tells it fro
     beliefs["known"] = beliefs["visited"] = True
     beliefs["location"] = rng.uniform(-1.0, 1.0, beliefs["location"].shape)
     beliefs["p"] = rng.uniform(0.0, 3.0, beliefs["p"].shape)
-gpu._on.upload(range(3))
+gpu._worlds.upload(range(3))
 acts, steps = 0, []
 for step in range(2):
     actions = np.random.default_rng(step).uniform(-1.0, 1.0, (3, 2, 2)).astype(np.float32)

@@ -73,7 +73,7 @@ print(found, sorted(names))
 print([(what, getattr(stream, "address", stream)) for what, stream in events], env.stream)
 env.stream = 77
 env.stream = 0
-env._on.check()
+env._worlds.check()
 print(streams()[0], [(what, getattr(stream, "address", stream)) for what, stream in events[3:]])
 try:
     env.stream = "default"

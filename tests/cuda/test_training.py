@@ -53,12 +53,12 @@ np.testing.assert_array_equal(poses, cpu.world.robots["pose"])
 np.testing.assert_array_equal(run_job(job), run_job(replace(job, device="cpu")))
 print((poses[0] != poses[2]).any(), job.seeds)
 
-said = {"cpu": [], "cuda": []}
-for device in said:
-    cma_es.train(experiment(device, **terms), said[device].append)
-files = {device: load_policy(folder / device / "best.safetensors") for device in said}
+lines = {"cpu": [], "cuda": []}
+for device in lines:
+    cma_es.train(experiment(device, **terms), lines[device].append)
+files = {device: load_policy(folder / device / "best.safetensors") for device in lines}
 np.testing.assert_equal(files["cuda"].weights, files["cpu"].weights)
-assert said["cpu"] == said["cuda"]
+assert lines["cpu"] == lines["cuda"]
 try:
     cma_es.train(experiment("cpu", **terms, out=folder / "cuda"), print)
 except ValueError as error:
@@ -119,6 +119,6 @@ def test_candidates_and_a_search_on_the_grid_are_those_of_a_cpu(layer, tmp_path)
 
 def test_ppo_on_the_grid_learns_what_it_learns_on_a_cpu_though_it_was_killed(tmp_path):
     pytest.importorskip("stable_baselines3")
-    *said, last = run(PPO, "motion", tmp_path).splitlines()
+    *lines, last = run(PPO, "motion", tmp_path).splitlines()
     assert last == "[180] True"
-    assert any(line.startswith("cuda") and "robot steps/s" in line for line in said)
+    assert any(line.startswith("cuda") and "robot steps/s" in line for line in lines)

@@ -21,8 +21,8 @@ def test_the_code_of_a_page_runs(page, tmp_path):
     file.write_text(script_of(page), encoding="utf-8")
     printed = run_python("-W", "error", file).splitlines()
     assert printed
-    told = re.findall(r"^print\(.*\)  # (\W?\d.*)$", script_of(page), re.MULTILINE)
-    assert not set(told) - set(printed), "a comment tells another value than the code prints"
+    claimed = re.findall(r"^print\(.*\)  # (\W?\d.*)$", script_of(page), re.MULTILINE)
+    assert not set(claimed) - set(printed), "a comment tells another value than the code prints"
 
 
 def test_every_guide_that_the_navigation_names_has_code():

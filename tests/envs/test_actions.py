@@ -64,14 +64,14 @@ def test_a_robot_says_nothing_or_one_of_four_words():
     env = ArrayEnv("es1", 1, learn="everything", discrete=True, **FEW)
     env.reset(0)
     env.step(np.array([[0, 1, 4]]))
-    said = env.loop.controller.minds
-    assert_array_equal(said["speak"][0], [-1.0, 1.0, 1.0])
-    assert_array_equal(said["words"][0].argmax(axis=1), [0, 0, 3])
-    assert_array_equal(said["words"][0].sum(axis=1), [0.0, 1.0, 1.0])
+    minds = env.loop.controller.minds
+    assert_array_equal(minds["speak"][0], [-1.0, 1.0, 1.0])
+    assert_array_equal(minds["words"][0].argmax(axis=1), [0, 0, 3])
+    assert_array_equal(minds["words"][0].sum(axis=1), [0.0, 1.0, 1.0])
 
 
 @pytest.mark.parametrize(
-    ("options", "error", "says"),
+    ("options", "error", "message"),
     [
         ({"action": "wheel"}, UnknownNameError, "no form of action named 'wheel', did you mean"),
         ({"action": "drive", "residual": True}, ConfigError, "take action='wheels'"),
@@ -80,14 +80,14 @@ def test_a_robot_says_nothing_or_one_of_four_words():
         ({"sharpest_turn": 1.5}, ConfigError, r"sharpest_turn=1\.5"),
     ],
 )
-def test_a_form_that_cannot_be_had_is_refused(options, error, says):
-    with pytest.raises(error, match=says):
+def test_a_form_that_cannot_be_had_is_refused(options, error, message):
+    with pytest.raises(error, match=message):
         parallel_env("es1", **options)
 
 
 @pytest.mark.timeout(20)
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"discrete": (3000, 3000)}, "makes 9000000 actions; at most 4096, as a network"),
         ({"discrete": (10**12, 1)}, "makes 1000000000000 actions; at most 4096"),
@@ -97,10 +97,10 @@ def test_a_form_that_cannot_be_had_is_refused(options, error, says):
         ({"stack": 10**5000}, "stack=<int of thousands of digits>: must be at most 1000"),
     ],
 )
-def test_a_size_without_measure_is_refused_before_anything_is_built(options, says):
-    with pytest.raises(ConfigError, match=says):
+def test_a_size_without_measure_is_refused_before_anything_is_built(options, message):
+    with pytest.raises(ConfigError, match=message):
         parallel_env("es1", **options)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         policy_controller(np.zeros_like, **options).check_usable(find_scenario("es1"))
 
 

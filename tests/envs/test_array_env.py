@@ -79,7 +79,7 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or different numbers from 0 to 1"),
         ({"worlds": [True]}, "must be a mask of 2"),
@@ -91,9 +91,9 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
         ({"options": {"task.area_distance": 9.0}}, "task.area_distance=9.0"),
     ],
 )
-def test_a_bad_reset_is_refused_and_changes_nothing(arguments, says):
+def test_a_bad_reset_is_refused_and_changes_nothing(arguments, message):
     env, twin = begun(2), begun(2)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         env.reset(**arguments)
     assert_same(run(env, 13), run(twin, 13))  # into the next episodes
 
@@ -234,11 +234,11 @@ def test_half_weights_from_exchange_to_exchange_are_half_weights_in_every_tick(b
     half = np.zeros((1, 10, 2), np.float32)
     slow.reset(seed=0)
     quick.reset(seed=0)
-    earned = sum(quick.step(half)[1].sum() for _ in range(40))
+    total_reward = sum(quick.step(half)[1].sum() for _ in range(40))
     for _ in range(int(quick.world.worlds["ticks"][0])):
         slow.step(half)
     assert_array_equal(quick.world.robots["pose"], slow.world.robots["pose"])
-    assert earned == slow.world.robots["round_trips"].sum()
+    assert total_reward == slow.world.robots["round_trips"].sum()
 
 
 def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exchanges):
@@ -256,7 +256,7 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"learn": "motion"}, "only learn='weighting'"),
         ({"decision_period": 5}, "goes with no decision_period"),
@@ -264,15 +264,15 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
         ({"controller": OUTSIDE}, "whose motion is compiled"),
     ],
 )
-def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):
-    with pytest.raises(ConfigError, match=says):
+def test_steps_that_cannot_end_with_an_exchange_are_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
         ArrayEnv("es1", 1, **{"learn": "weighting", "step_on": "exchange", **options})
 
 
 def test_an_environment_says_what_it_is():
     batch = ArrayEnv("near", n_worlds=3, learners=2, learn="weighting")
-    told = "near: learn='weighting', controller='ssgikf', 3 worlds, 2 of 5 robots learn"
-    assert repr(batch) == f"<ArrayEnv {told}, physics='rigid'>"
+    description = "near: learn='weighting', controller='ssgikf', 3 worlds, 2 of 5 robots learn"
+    assert repr(batch) == f"<ArrayEnv {description}, physics='rigid'>"
     one = "controller='ssgiff:weighting=sgikf,estimator.pause=2.0', 1 world, 5 of 5 robots learn"
     assert one in repr(parallel_env("near", controller="ssgiff:weighting=sgikf,pause=2"))
     assert "LearnerVectorEnv near" in repr(gymnasium.make_vec("SwarmForage/Near-v2", 3))

@@ -60,7 +60,7 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
 
 
 @pytest.mark.parametrize(
-    ("controller", "says"),
+    ("controller", "message"),
     [
         (["ssgikf"] * 9, "9 controllers given for the 10 robots of 'es1': must be one for each"),
         ([], "0 controllers given for the 10 robots"),
@@ -76,8 +76,8 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
         ({"epuck_10": "nc"}, "no robot named 'epuck_10', did you mean 'epuck_0' or 'epuck_1'"),
     ],
 )
-def test_a_mixture_that_cannot_be_used_is_refused(controller, says):
-    with pytest.raises((ConfigError, UnknownNameError), match=says):
+def test_a_mixture_that_cannot_be_used_is_refused(controller, message):
+    with pytest.raises((ConfigError, UnknownNameError), match=message):
         parallel_env("es1", controller=controller)
 
 
@@ -85,7 +85,7 @@ CI = "boids-adaptive:estimator=covariance_intersection"
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"controller": {0: "nc"}}, "'nc' does not run on 'waypoints-05'"),
         ({"controller": {0: CI}}, "all need the same estimator"),
@@ -93,8 +93,8 @@ CI = "boids-adaptive:estimator=covariance_intersection"
         ({"learn": "everything", "learners": 2}, "all need the same estimator"),
     ],
 )
-def test_robots_that_correct_each_other_need_one_estimator_of_their_task(options, says):
-    with pytest.raises(ConfigError, match=says):
+def test_robots_that_correct_each_other_need_one_estimator_of_their_task(options, message):
+    with pytest.raises(ConfigError, match=message):
         parallel_env("waypoints-05", **options)
 
 

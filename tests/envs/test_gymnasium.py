@@ -40,9 +40,9 @@ def test_gymnasium_accepts_the_single_learner_and_the_joint_env(name, kind):
 @pytest.mark.parametrize("name", ["ES1", "Waypoints-05"])
 def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
     env = gym.make(f"SwarmForage/{name}-Tuple-v2")
-    with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as told:
+    with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as log:
         check_env(env.unwrapped)
-    assert len(told) == 1
+    assert len(log) == 1
 
 
 @pytest.mark.parametrize("learn", ["weighting", "both", "everything"])
@@ -72,12 +72,12 @@ def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
         assert_array_equal(seen, np.concatenate(list(observations.values())))
         for cycle in range(300):
             action = rng.uniform(-1, 1, env.action_space.shape).astype(np.float32)
-            seen, earned, terminated, truncated, info = env.step(action)
+            seen, rewarded, terminated, truncated, info = env.step(action)
             rows = dict(zip(parallel.agents, action.reshape(10, 2), strict=True))
             observations, rewards, _, _, infos = parallel.step(rows)
             assert_array_equal(seen, np.concatenate(list(observations.values())))
             each = list(rewards.values())
-            assert earned == (np.sum(each) if reward == "own" else each[0])
+            assert rewarded == (np.sum(each) if reward == "own" else each[0])
             assert not terminated
             assert truncated == (cycle == 299)
         by_robot = list(infos.values())
@@ -129,7 +129,7 @@ def test_an_episode_ends_by_itself_without_a_time_limit_around_it():
 
 
 @pytest.mark.parametrize(
-    ("made", "action", "says"),
+    ("made", "action", "message"),
     [
         (SINGLE, [0.0], r"of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right"),
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
@@ -138,11 +138,11 @@ def test_an_episode_ends_by_itself_without_a_time_limit_around_it():
         (TUPLE, [True] * 3, r"epuck_0: .*: must be a whole number from 0 to 8"),
     ],
 )
-def test_a_bad_action_is_refused_and_changes_nothing(made, action, says):
+def test_a_bad_action_is_refused_and_changes_nothing(made, action, message):
     env, twin = gym.make(made, **FEW).unwrapped, gym.make(made, **FEW).unwrapped
     env.reset(seed=2)
     twin.reset(seed=2)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         env.step(action)
     env.action_space.seed(0)
     good = env.action_space.sample()

@@ -50,21 +50,21 @@ def names_in(hint):
 )
 def test_a_type_checker_refuses_misspelt_keywords_of_every_api_and_nothing_else(checker, refusal):
     command = [Path(sys.executable).with_name(checker[0]), *checker[1:], CALLS]
-    told = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
+    checked = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
     lines = CALLS.read_text(encoding="utf-8").splitlines()
     marked = {number for number, line in enumerate(lines, 1) if "# refused" in line}
-    assert set(map(int, re.findall(refusal, told.stdout))) == marked, told.stdout
+    assert set(map(int, re.findall(refusal, checked.stdout))) == marked, checked.stdout
 
 
 @pytest.mark.parametrize(
-    ("options", "fields", "beside"),
+    ("options", "fields", "extra"),
     [
         (keywords.PolicyOptions, PolicyKeywords.model_fields, {"learn"}),
         (keywords.EnvOptions, EnvConfig.model_fields, set()),
     ],
 )
-def test_the_keywords_for_editors_are_those_that_are_validated(options, fields, beside):
-    assert set(get_type_hints(options)) - NUMBERS == fields.keys() - beside
+def test_the_keywords_for_editors_are_those_that_are_validated(options, fields, extra):
+    assert set(get_type_hints(options)) - NUMBERS == fields.keys() - extra
 
 
 @pytest.mark.parametrize("task", BUILT_IN, ids=lambda task: task.name)

@@ -136,11 +136,11 @@ class Compass:
 
 def test_an_observation_of_ones_own_goes_in_without_touching_ours():
     alone = ArrayEnv("es1", 2, observation=Compass, **FEW)
-    beside = ArrayEnv("es1", 2, observation=["layer", Compass()], normalise=False, **FEW)
+    env = ArrayEnv("es1", 2, observation=["layer", Compass()], normalise=False, **FEW)
     heading = alone.reset(0)[0][..., 0] * math.pi
     assert alone.observation_layout.names == ("compass",)
     assert_allclose(heading, alone.world.robots["pose"][..., 2], rtol=1e-6)
-    assert_allclose(beside.reset(0)[0][..., -1], heading, rtol=1e-6)
+    assert_allclose(env.reset(0)[0][..., -1], heading, rtol=1e-6)
 
 
 class Noisy:
@@ -184,7 +184,7 @@ def test_streams_of_observations_stand_while_other_worlds_are_reset_and_are_in_s
 
 
 @pytest.mark.parametrize(
-    ("observation", "error", "says"),
+    ("observation", "error", "message"),
     [
         ("layers", UnknownNameError, "no observation named 'layers', did you mean 'layer'"),
         ([], ConfigError, r"observation=\[\]"),
@@ -192,13 +192,13 @@ def test_streams_of_observations_stand_while_other_worlds_are_reset_and_are_in_s
         ([Compass, Compass], ConfigError, "twice: .'compass'."),
     ],
 )
-def test_what_is_no_observation_is_refused(observation, error, says):
-    with pytest.raises(error, match=says):
+def test_what_is_no_observation_is_refused(observation, error, message):
+    with pytest.raises(error, match=message):
         parallel_env("es1", observation=observation)
 
 
 @pytest.mark.parametrize(
-    ("value", "error", "says"),
+    ("value", "error", "message"),
     [
         (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .*of -3.14159 to"),
         (7.0, ConfigError, "compass: is 7.0 for learner 0 of world 0"),
@@ -206,7 +206,7 @@ def test_what_is_no_observation_is_refused(observation, error, says):
         ("", ConfigError, "Broken: `write` returned numbers, must write them into `out`"),
     ],
 )
-def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, error, says):
+def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, error, message):
     class Broken(Compass):
         def write(self, context, out):
             assert not out.any(), "what it does not write is zero"
@@ -216,12 +216,12 @@ def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, er
             return out if value else out + 1.0
 
     env = parallel_env("es1", observation=["layer", Broken], **FEW)
-    with pytest.raises(error, match=says):
+    with pytest.raises(error, match=message):
         env.reset(seed=0)
 
 
 @pytest.mark.parametrize(
-    ("features", "says"),
+    ("features", "message"),
     [
         (lambda: Feature("x", "m", 1.0, 0.0), "feature x: low=1.0 must be at most 0.0"),
         (lambda: Feature("x", "m", 0.0, 1.0, scale=0.0), "feature x: scale=0.0 must be above 0"),
@@ -229,10 +229,10 @@ def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, er
         (lambda: "x", "observation Broken: features gave 'x', must be a list of Feature"),
     ],
 )
-def test_what_are_no_features_is_refused(features, says):
+def test_what_are_no_features_is_refused(features, message):
     class Broken(Compass):
         def features(self, scenario, agents):
             return features()
 
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         parallel_env("es1", observation=Broken)

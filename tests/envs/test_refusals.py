@@ -14,7 +14,7 @@ from training.vec_env import SwarmVecEnv
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"learn": "motoin"}, "no layer to learn named 'motoin', did you mean 'motion'"),
         ({"learn": "weighting", "residual": True}, "no layer to learn as a residual named 'weigh"),
@@ -24,13 +24,13 @@ from training.vec_env import SwarmVecEnv
         ({"learn": "es1\n"}, r"named 'es1\\n', known: "),
     ],
 )
-def test_an_unknown_name_is_answered_with_the_nearest_in_a_line(options, says):
-    with pytest.raises(UnknownNameError, match=rf"^[^\n]*{says}[^\n]*$"):
+def test_an_unknown_name_is_answered_with_the_nearest_in_a_line(options, message):
+    with pytest.raises(UnknownNameError, match=rf"^[^\n]*{message}[^\n]*$"):
         parallel_env(**options)
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"learn": 3}, "learn=3"),
         ({"residual": 2}, "residual=2"),
@@ -52,8 +52,8 @@ def test_an_unknown_name_is_answered_with_the_nearest_in_a_line(options, says):
         ),
     ],
 )
-def test_a_value_that_cannot_be_used_is_refused(options, says):
-    with pytest.raises(ConfigError, match=says):
+def test_a_value_that_cannot_be_used_is_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
         parallel_env(**options)
 
 
@@ -74,7 +74,7 @@ def running():
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "says"),
+    ("change", "error", "message"),
     [
         ({"epuck_1": [1.0000001, 0.0]}, ConfigError, "epuck_1: wheels.left=1.0000001: must be"),
         ({"epuck_1": [np.nan, 0.0]}, ConfigError, "epuck_1: wheels.left=nan: must be from -1 to 1"),
@@ -93,12 +93,12 @@ def running():
         (dict.fromkeys(AGENTS, np.array([True, False])), ConfigError, "actions: "),
     ],
 )
-def test_a_bad_action_is_refused_and_changes_nothing(running, change, error, says):
+def test_a_bad_action_is_refused_and_changes_nothing(running, change, error, message):
     good = dict.fromkeys(AGENTS, np.array(GOOD, np.float32))
     merged = {agent: act for agent, act in {**good, **change}.items() if act is not ...}
     before = running.state()
     twin = three_robots()
-    with pytest.raises(error, match=says):
+    with pytest.raises(error, match=message):
         running.step(merged)
     assert_array_equal(running.state(), before)
     after, expected = running.step(good), twin.step(good)

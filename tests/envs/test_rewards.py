@@ -115,7 +115,7 @@ def test_the_events_of_a_tick_are_what_happened(busy):
 
 
 @pytest.mark.parametrize(
-    ("reward", "says"),
+    ("reward", "message"),
     [
         (7, "reward=7: must be 'own', 'team', or callable"),
         (lambda *_: np.zeros(3), r"gave shape \(3,\), must be \(1, 10\)"),
@@ -124,13 +124,13 @@ def test_the_events_of_a_tick_are_what_happened(busy):
         (lambda before, after, events: after["pose"].__isub__(before["pose"]), "read-only"),
     ],
 )
-def test_a_reward_that_is_none_is_refused(reward, says):
+def test_a_reward_that_is_none_is_refused(reward, message):
     def pay():
         env = ArrayEnv("es1", 1, reward=reward)
         env.reset(seed=0)
         env.step(np.zeros((1, 10, 2), np.float32))
 
-    with pytest.raises(ValueError, match=says):
+    with pytest.raises(ValueError, match=message):
         pay()
 
 

@@ -126,7 +126,7 @@ def test_a_correction_has_its_size(busy):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"learn": "weighting", "reflexes": True}, "reflexes=True: cannot be had with learn='wei"),
         ({"learn": "everything", "action": "course"}, "action='course': cannot be had with learn"),
@@ -135,6 +135,6 @@ def test_a_correction_has_its_size(busy):
         ({"residual": True, "reflexes": False}, "reflexes: a correction is added to a motion"),
     ],
 )
-def test_steering_that_cannot_be_had_is_refused(options, told):
-    with pytest.raises(ConfigError, match=told):
+def test_steering_that_cannot_be_had_is_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
         ArrayEnv(**{"scenario": "es1", "n_worlds": 1, **options})

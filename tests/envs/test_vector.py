@@ -107,16 +107,16 @@ def test_without_autoreset_some_worlds_are_reset_by_a_mask():
 
 
 @pytest.mark.parametrize(
-    ("mode", "mask", "says"),
+    ("mode", "mask", "message"),
     [
         ("NextStep", [True, False, True], "keep in step; take autoreset_mode='Disabled'"),
         ("Disabled", [True], "must be a mask of 3 worlds"),
         ("Disabled", [1, 0, 1], "must be a mask of 3 worlds"),
     ],
 )
-def test_a_mask_that_does_not_fit_is_refused(mode, mask, says):
+def test_a_mask_that_does_not_fit_is_refused(mode, mask, message):
     block = in_one_block(SINGLE, mode)
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         block.reset(options={"reset_mask": np.array(mask)})
 
 
@@ -132,7 +132,7 @@ def test_a_block_is_made_again_from_its_spec_and_says_how_episodes_follow(mode):
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"num_envs": 0}, "num_envs=0: must be a whole number, at least 1"),
         ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
@@ -143,8 +143,8 @@ def test_a_block_is_made_again_from_its_spec_and_says_how_episodes_follow(mode):
         ({"autoreset_mode": "never"}, "'never': must be one of 'NextStep', 'SameStep', 'Disabled'"),
     ],
 )
-def test_a_value_that_cannot_be_used_is_refused(options, says):
-    with pytest.raises(ConfigError, match=says):
+def test_a_value_that_cannot_be_used_is_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
         gym.make_vec(SINGLE, **options)
 
 

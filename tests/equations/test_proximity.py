@@ -68,9 +68,9 @@ def test_a_disc_straight_ahead_is_seen_aslant_by_both_front_sensors():
 @pytest.mark.parametrize("ray", range(8))
 def test_a_disc_that_a_ray_only_grazes_is_not_seen(ray):
     angle = PROXIMITY_ANGLES[ray]
-    for aside in (-1.0, 1.0):
+    for lateral in (-1.0, 1.0):
         for way, is_seen in ((1.0 + 1e-9, False), (1.0 - 1e-9, True)):
-            across = aside * way * RADIUS
+            across = lateral * way * RADIUS
             ahead = 0.08 * math.cos(angle) - across * math.sin(angle)
             left = 0.08 * math.sin(angle) + across * math.cos(angle)
             assert (ray_to_disc(ahead, left, ray, RADIUS) < math.inf) == is_seen

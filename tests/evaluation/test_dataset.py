@@ -155,9 +155,9 @@ def test_a_damaged_file_is_set_aside_with_one_line(
     with caplog.at_level(logging.WARNING):
         assert not dataset.find(configuration, [3])
     assert not file.exists()
-    (aside,) = file.parent.glob("*.damaged")
+    (damaged_file,) = file.parent.glob("*.damaged")
     (line,) = caplog.messages
-    assert re.search(f"{re.escape(str(aside))}.*run again", line)
+    assert re.search(f"{re.escape(str(damaged_file))}.*run again", line)
     assert "\n" not in line
     dataset.keep(configuration, [episode])
     assert dataset.find(configuration, [3]) == {3: episode}

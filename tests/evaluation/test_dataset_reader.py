@@ -129,13 +129,13 @@ def test_a_file_that_may_not_be_read_is_not_to_be_removed(kept, monkeypatch, rea
 
 
 @pytest.mark.parametrize(
-    ("column", "text", "told"),
+    ("column", "text", "message"),
     [
         ("lost_events", None, "another version .*evaluate again"),
         ("settings", b"\xff\xfe", "not a readable Parquet file; remove it"),
     ],
 )
-def test_a_file_without_a_column_or_with_what_is_no_text_is_named(kept, column, text, told):
+def test_a_file_without_a_column_or_with_what_is_no_text_is_named(kept, column, text, message):
     file = files(kept)[0]
     table = pq.ParquetFile(file).read()
     place = table.schema.get_field_index(column)
@@ -144,7 +144,7 @@ def test_a_file_without_a_column_or_with_what_is_no_text_is_named(kept, column, 
         changed = pa.array([text] * len(table), pa.binary()).view(pa.string())
         others = others.add_column(place, table.schema.field(place), changed)
     pq.write_table(others, file)
-    with pytest.raises(ConfigError, match=rf"controller=nc.*parquet: .*{told}"):
+    with pytest.raises(ConfigError, match=rf"controller=nc.*parquet: .*{message}"):
         read_groups([str(kept.folder)])
 
 
@@ -187,6 +187,6 @@ def test_a_file_outside_of_the_folders_of_names_is_refused(kept):
 @pytest.mark.parametrize("asks", [{"policy.trust": True}, {"policy.observation": "layer+os:Class"}])
 def test_a_dataset_cannot_say_that_a_file_or_a_module_is_trusted(kept, asks):
     group = read_groups([str(kept.folder)])[0]
-    said = json.dumps({"policy.file": "model.zip", **asks})
+    parameters = json.dumps({"policy.file": "model.zip", **asks})
     with pytest.raises(ConfigError, match=r"asks to trust 'model.zip', whose code would be run"):
-        replace(group, controller="sb3", parameters=said).configuration()
+        replace(group, controller="sb3", parameters=parameters).configuration()

@@ -153,5 +153,5 @@ def test_another_process_tells_the_same_overrides():
     """A worker has imported no scenarios when it is handed its configuration."""
     configuration = ExperimentConfig("nc", find_scenario("es2"), find_layered_controller("nc"))
     program = "import pickle, sys; print(pickle.loads(bytes.fromhex(sys.argv[1])).overrides)"
-    told = run_python("-c", program, pickle.dumps(configuration).hex())
-    assert told == configuration.overrides == "{}"
+    output = run_python("-c", program, pickle.dumps(configuration).hex())
+    assert output == configuration.overrides == "{}"

@@ -91,8 +91,8 @@ def test_a_signal_that_comes_while_workers_start_is_raised_after(interruptible, 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_other_exceptions_of_a_finaliser_are_told_as_ever(monkeypatch):
-    told = []
-    monkeypatch.setattr(sys, "unraisablehook", told.append)
+    output = []
+    monkeypatch.setattr(sys, "unraisablehook", output.append)
 
     class Raising:
         def __del__(self):
@@ -100,7 +100,7 @@ def test_other_exceptions_of_a_finaliser_are_told_as_ever(monkeypatch):
 
     with interrupts_raised():
         Raising()
-    assert [each.exc_type for each in told] == [ZeroDivisionError]
+    assert [each.exc_type for each in output] == [ZeroDivisionError]
 
 
 COMMAND = (
@@ -138,18 +138,18 @@ def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(
     out, temporary = tmp_path / "out", tmp_path / "temporary"
     temporary.mkdir()
     run = start(out, workers, FORCE_COLOR="1", COLUMNS="120", TMPDIR=str(temporary))
-    told = ""
-    while not (counts := re.findall(r"([1-9][0-9]*)/600", told)):
-        told += run.stderr.read(50)
-        assert run.poll() is None, told
+    output = ""
+    while not (counts := re.findall(r"([1-9][0-9]*)/600", output)):
+        output += run.stderr.read(50)
+        assert run.poll() is None, output
     if number == signal.SIGTERM:
         run.terminate()
     else:  # as of a terminal: to its workers too
         os.killpg(run.pid, number)
-    told += run.communicate(timeout=60)[1]
-    assert run.returncode == 130, told
-    assert "Traceback" not in told
-    assert "swarm-forage: stopped; the same command goes on from here\n" in told
+    output += run.communicate(timeout=60)[1]
+    assert run.returncode == 130, output
+    assert "Traceback" not in output
+    assert "swarm-forage: stopped; the same command goes on from here\n" in output
     assert processes.becomes_true(lambda: is_gone(run.pid), 10.0), "its workers too"
     assert 600 > n_files(out) >= max(map(int, counts))
     assert not list(temporary.glob("swarm-forage-*"))

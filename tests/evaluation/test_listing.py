@@ -82,6 +82,6 @@ def test_a_score_is_the_mean_of_its_episodes(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_score_of_today_is_the_one_that_is_told(tmp_path):
-    told = json.loads(scores.FILE.read_text(encoding="utf-8"))
-    kept = next(each for each in told if each["controller"] == "ssgikf")
+    stored = json.loads(scores.FILE.read_text(encoding="utf-8"))
+    kept = next(each for each in stored if each["controller"] == "ssgikf")
     assert scores.measure("es1", "ssgikf", tmp_path, workers=1) == scores.Score(**kept)

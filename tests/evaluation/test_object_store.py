@@ -18,8 +18,8 @@ from tests.processes import becomes_true, run, start
 SHORT = "evaluate", "es1", "nc", "--physics=kinematic", "--format=json", "--set=task.duration=20"
 
 
-def episodes(told):
-    return [episode | {"wall_s": 0.0} for episode in json.loads(told)]
+def episodes(output):
+    return [episode | {"wall_s": 0.0} for episode in json.loads(output)]
 
 
 @pytest.fixture(scope="module")
@@ -53,12 +53,12 @@ def test_a_store_keeps_what_a_folder_keeps_and_runs_nothing_twice(command):
     status, local, _ = command(*SHORT, "--episodes=4", "--workers=1", "--out=out")
     assert status == 0
     address = "--out=memory://swarm/x"
-    status, told, said = command(*SHORT, "--episodes=4", "--workers=2", address)
-    assert (status, episodes(told)) == (0, episodes(local))
-    assert "0 of 4 episodes found in memory://swarm/x, 4 to run" in said
-    status, again, said = command(*SHORT, "--episodes=4", "--workers=1", address)
-    assert (status, again) == (0, told)
-    assert "4 of 4 episodes found" in said
+    status, output, stderr = command(*SHORT, "--episodes=4", "--workers=2", address)
+    assert (status, episodes(output)) == (0, episodes(local))
+    assert "0 of 4 episodes found in memory://swarm/x, 4 to run" in stderr
+    status, again, stderr = command(*SHORT, "--episodes=4", "--workers=1", address)
+    assert (status, again) == (0, output)
+    assert "4 of 4 episodes found" in stderr
     names = fsspec.filesystem("memory").find("/swarm/x")
     assert sorted(names) == sorted(
         f"/swarm/x/{file.relative_to('out')}" for file in Path("out").rglob("*.parquet")
@@ -69,17 +69,17 @@ def test_a_store_keeps_what_a_folder_keeps_and_runs_nothing_twice(command):
 def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(command, monkeypatch):
     store = fsspec.filesystem("memory")
     one = (*SHORT, "--episodes=2", "--workers=1", "--out=memory://swarm/y")
-    told = command(*one)[1]
+    output = command(*one)[1]
     (name, _) = sorted(store.find("/swarm/y"))
     store.pipe_file(name, store.cat_file(name)[:-100])
-    status, again, said = command(*one)
-    assert (status, episodes(again)) == (0, episodes(told))
-    assert "1 of 2 episodes found" in said
+    status, again, stderr = command(*one)
+    assert (status, episodes(again)) == (0, episodes(output))
+    assert "1 of 2 episodes found" in stderr
     assert sum(each.endswith(".damaged") for each in store.find("/swarm/y")) == 1
     monkeypatch.setattr(type(store), "find", lambda *_, **__: {})
-    status, _, said = command(*one)
+    status, _, stderr = command(*one)
     assert status == 1
-    assert "memory://swarm/y: 2 of 2 episodes are not there any more" in said.splitlines()[-1]
+    assert "memory://swarm/y: 2 of 2 episodes are not there any more" in stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize(
@@ -90,9 +90,9 @@ def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(command, mon
     ],
 )
 def test_what_cannot_be_written_is_refused_in_one_line(command, bucket, options, complaint):
-    status, stdout, said = command(*SHORT, *options)
-    assert (status, stdout, said.count("\n")) == (2, "", 1)
-    assert complaint in said
+    status, stdout, stderr = command(*SHORT, *options)
+    assert (status, stdout, stderr.count("\n")) == (2, "", 1)
+    assert complaint in stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="process groups")
@@ -112,10 +112,10 @@ def test_a_run_that_is_killed_goes_on_from_what_a_store_holds(bucket, tmp_path):
     broken.communicate(timeout=60)
     before = kept()
     assert 0 < len(before) < 40
-    (stored, said), (local, _) = (
+    (stored, stderr), (local, _) = (
         run(*command, f"--out={out}", cwd=tmp_path) for out in ("s3://swarm/x", "out")
     )
-    assert f"{len(before)} of 40 episodes found in s3://swarm/x" in said
+    assert f"{len(before)} of 40 episodes found in s3://swarm/x" in stderr
     assert episodes(stored) == episodes(local)
     after = kept()
     assert len(after) == 40

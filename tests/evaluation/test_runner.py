@@ -79,8 +79,8 @@ def test_a_file_is_not_written_anew_under_the_name_it_has(configure, dataset, mo
 def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
     configure, dataset, robots, episodes, workers
 ):
-    room = {"arena_length": 9.0, "arena_width": 9.0, "task_start_radius": 1.8}
-    configuration = configure(task_n_robots=robots, task_area_distance=5.0, **room)
+    arena = {"arena_length": 9.0, "arena_width": 9.0, "task_start_radius": 1.8}
+    configuration = configure(task_n_robots=robots, task_area_distance=5.0, **arena)
     blocks = Plan([configuration], range(episodes), dataset).blocks(JoblibBackend(workers))
     assert sorted(seed for _, seeds in blocks for seed in seeds) == list(range(episodes))
     assert len(blocks) >= min(workers, episodes)
@@ -95,9 +95,9 @@ def test_what_is_compiled_is_told_for_which_controller(configure, dataset, monke
             tell("tick")
 
     monkeypatch.setattr(runner, "warm_up", compile_something)
-    told, plan = [], Plan([configure("nc"), configure("ssgikf")], range(3), dataset)
-    list(plan.run(JoblibBackend(), tell=told.append))
-    assert told == ["compiling 1 of 2, nc: tick", "compiling 2 of 2, ssgikf: tick", ""]
+    messages, plan = [], Plan([configure("nc"), configure("ssgikf")], range(3), dataset)
+    list(plan.run(JoblibBackend(), tell=messages.append))
+    assert messages == ["compiling 1 of 2, nc: tick", "compiling 2 of 2, ssgikf: tick", ""]
 
 
 def test_whatever_measures_an_episode_is_compiled_before_it_runs(configure, monkeypatch):
@@ -115,12 +115,12 @@ def test_a_listener_is_told_of_an_entry_point_before_it_is_compiled(tmp_path, mo
     def twice_and_three(x):
         return 2 * x + 3
 
-    told = []
+    messages = []
     compiled = compiler.entry_point(twice_and_three)
-    with compiler.report_compiling(told.append):
+    with compiler.report_compiling(messages.append):
         compiled(1.0)
         compiled(2.0)
-    assert told == ["twice_and_three"]
+    assert messages == ["twice_and_three"]
     assert compiler._listeners == []
 
 

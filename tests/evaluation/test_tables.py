@@ -140,7 +140,7 @@ def lines(episode):
 
 
 @pytest.mark.parametrize(
-    ("rows", "says"),
+    ("rows", "message"),
     [
         ([(False, [240, 0, 250])], ["differ by 142 round trips"]),
         ([(False, [240, 200, 235])], []),
@@ -155,11 +155,11 @@ def lines(episode):
     ],
 )
 def test_it_is_told_by_episodes_that_differ_and_by_a_score_far_below_that_with_noise(
-    lines, rows, says
+    lines, rows, message
 ):
     told = lines(*rows)
-    assert len(told) == len(says)
-    for line, part in zip(told, says, strict=True):
+    assert len(told) == len(message)
+    for line, part in zip(told, message, strict=True):
         assert line.startswith("policy policy0 searches by its noise: ")
         assert part in line
         assert line.endswith("; compare it with policy0,chance=true")

@@ -50,9 +50,9 @@ def command(capsys, monkeypatch, tmp_path):
     def call(output, folder="out"):
         capsys.readouterr()
         status = run(arguments(output, folder))
-        said = capsys.readouterr().err
-        assert "Traceback" not in said
-        return status, said
+        stderr = capsys.readouterr().err
+        assert "Traceback" not in stderr
+        return status, stderr
 
     assert run(["evaluate", "es1", "nc", "--episodes=3", "--workers=1", *QUICK, "--out=data"]) == 0
     return call
@@ -109,11 +109,11 @@ def test_a_file_that_may_not_grow_is_whole_or_is_not_there(
     for attempt in range(tries(2 if output in SLOW else 20)):
         folder = f"out{attempt}"
         with full_disk(rng.randrange(largest)):
-            status, said = command(output, folder)
+            status, stderr = command(output, folder)
         assert status in (0, 1, 2)
         if status:
             refused += 1
-            assert said.strip().splitlines()[-1].startswith("swarm-forage: ")
+            assert stderr.strip().splitlines()[-1].startswith("swarm-forage: ")
         assert not [*(tmp_path / folder).rglob("_*.tmp")]
         for name in files(tmp_path / folder).keys() & whole.keys():
             assert (tmp_path / folder / name).stat().st_size > 0
@@ -130,14 +130,14 @@ def test_a_disk_that_is_full_or_read_only_is_told_in_one_line(
     for _ in range(tries(2 if output in SLOW else 5)):
         place = disk(4096 * rng.randrange(3, 40))
         filler = fill(place)
-        status, said = command(output, str(place))
+        status, stderr = command(output, str(place))
         assert status != 0
-        assert re.search("No space left on device|disk is full", said.splitlines()[-1])
+        assert re.search("No space left on device|disk is full", stderr.splitlines()[-1])
         filler.unlink()
         subprocess.run(["mount", "-o", "remount,ro", str(place)], check=True, timeout=60)
-        status, said = command(output, str(place))
+        status, stderr = command(output, str(place))
         assert status != 0
-        assert "Read-only file system" in said.splitlines()[-1]
+        assert "Read-only file system" in stderr.splitlines()[-1]
         refused += 2
         assert not [*place.rglob("_*.tmp")]
         assert not [each for each in place.rglob("*.*") if each.is_file() and each.name != "lock"]
@@ -150,19 +150,19 @@ def test_a_folder_that_vanishes_is_told_or_made_anew(output, command, tmp_path, 
     begin = time.monotonic()
     command(output, "again")
     length = time.monotonic() - begin
-    whole, told = files(tmp_path / "out").keys(), 0
+    whole, n_refused = files(tmp_path / "out").keys(), 0
     for attempt in range(tries(2 if output in SLOW else 10)):
         place = tmp_path / f"out{attempt}"
         remover = threading.Timer(
             rng.uniform(0.0, length), shutil.rmtree, [place], {"ignore_errors": True}
         )
         remover.start()
-        status, said = command(output, place.name)
+        status, stderr = command(output, place.name)
         remover.cancel()
         remover.join(timeout=60)
         if status:
-            told += 1
-            assert said.strip().splitlines()[-1].startswith("swarm-forage: ")
+            n_refused += 1
+            assert stderr.strip().splitlines()[-1].startswith("swarm-forage: ")
         assert command(output, place.name)[0] == 0
         assert files(place).keys() == whole
-    tell(tried=attempt + 1, told=told, failed=0)
+    tell(tried=attempt + 1, told=n_refused, failed=0)

@@ -31,8 +31,8 @@ IN_A_ROW = 5
 
 def finish(out, command):
     run = commands.start(out, command)
-    said = run.communicate(timeout=3000)[1]
-    assert run.returncode == 0, said
+    stderr = run.communicate(timeout=3000)[1]
+    assert run.returncode == 0, stderr
 
 
 def kill(out, command, moment):
@@ -79,10 +79,10 @@ def test_threads_that_are_interrupted_end_with_one_line_and_lose_nothing(
         run = commands.start(tmp_path / str(attempt), command)
         time.sleep(rng.uniform(0.3, 1.0) * length)
         run.send_signal(signal.SIGINT)
-        said = run.communicate(timeout=60)[1]
-        assert run.returncode in (0, *STOPPED), said
+        stderr = run.communicate(timeout=60)[1]
+        assert run.returncode in (0, *STOPPED), stderr
         interrupted += run.returncode in STOPPED
-        assert "Traceback" not in said.partition("compiling")[2], said
+        assert "Traceback" not in stderr.partition("compiling")[2], stderr
         finish(tmp_path / str(attempt), command)
         assert commands.episodes(tmp_path / str(attempt)) == expected
     assert interrupted, "else nothing was tried"
@@ -100,9 +100,9 @@ def test_ctrl_c_while_workers_start_ends_with_one_line(tmp_path, interruptible, 
             run.stderr.readline()  # how many episodes are to run
             time.sleep(rng.uniform(0.0, 1.0))
             os.killpg(run.pid, signal.SIGINT)
-            said = run.communicate(timeout=60)[1]
-            assert run.returncode in (0, *STOPPED), said
-            assert said.count("\n") == 1, said
+            stderr = run.communicate(timeout=60)[1]
+            assert run.returncode in (0, *STOPPED), stderr
+            assert stderr.count("\n") == 1, stderr
             interrupted += run.returncode in STOPPED
         finish(out, commands.EVALUATE)
         assert commands.episodes(out) == expected

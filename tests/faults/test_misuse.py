@@ -152,17 +152,17 @@ def policies(monkeypatch, tmp_path):
 @pytest.mark.parametrize("threads", [1, 3])
 def test_a_hostile_policy_is_named_or_changes_nothing(policies, physics, threads, tell):
     scenario, refused = find_scenario("es1", {"task.n_robots": 3, "task.duration": 3.0}), 0
-    told = []
+    messages = []
     for name in HOSTILE:
         controller = find_controller(f"callable:hostile_policies:{name.replace(' ', '_')}")
         try:
             found = run_episodes(scenario, controller, (0, 1, 2), physics, threads)
         except ConfigError as error:
             refused += 1
-            told.append(str(error))
+            messages.append(str(error))
         else:
             assert all(math.isfinite(each.localisation_error_m or 0.0) for each in found)
-    unclear = [each for each in told if "hostile_policies" not in each or "\n" in each]
+    unclear = [each for each in messages if "hostile_policies" not in each or "\n" in each]
     assert not unclear
     tell(tried=len(HOSTILE), refused=refused, failed=0)
 
@@ -172,11 +172,11 @@ def test_a_command_with_a_hostile_policy_keeps_nothing(policies, capsys, tmp_pat
     for name in HOSTILE:
         label = f"callable:hostile_policies:{name.replace(' ', '_')}"
         status = run(["evaluate", "es1", label, *short])
-        said = capsys.readouterr().err.splitlines()
+        lines = capsys.readouterr().err.splitlines()
         kept = [*(tmp_path / "out").rglob("*.parquet")]
         if status:
             assert not kept
-            assert said[-1].startswith("swarm-forage: ")
+            assert lines[-1].startswith("swarm-forage: ")
         for file in kept:
             file.unlink()
     assert run(["evaluate", "es1", "callable:hostile_policies:slow", *short]) == 0

@@ -21,7 +21,7 @@ from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.ticks import BEGINS, only, run_ticks
+from swarm_forage_env.ticks import START, only, run_ticks
 from tests.worlds import check_same_world, everything
 
 
@@ -55,7 +55,7 @@ def settle(robots, worlds, near, cells, obstacles):
 
 
 @entry_point
-def listen(robots, worlds, near, cells, obstacles):
+def deliver(robots, worlds, near, cells, obstacles):
     """Deliver the messages in every world."""
     for w in range(worlds.shape[0]):
         find_neighbours(robots[w], near[w], cells[w], worlds[w])
@@ -122,16 +122,16 @@ class Block:
 
     def sense(self):
         """What the robots' own sensors read."""
-        n_worlds, earned = len(self.worlds), np.zeros(self.robots.shape)
-        modes, errors = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
+        n_worlds, rewards = len(self.worlds), np.zeros(self.robots.shape)
+        modes, errors = np.full(n_worlds, START, np.int8), np.zeros(n_worlds + 1, np.int64)
         tick = bind(run_ticks, {**only("tick"), **TICK, **ForagingWorld.task_functions})
         faults = Fault.array(self.robots.shape)
-        tick((*self.tables, earned, faults), (), modes, errors, 0, n_worlds, 1)
+        tick((*self.tables, rewards, faults), (), modes, errors, 0, n_worlds, 1)
         return self.state.readings
 
-    def listen(self):
+    def receive(self):
         """What the robots hear, and which slots hold a message."""
-        listen(*self.tables)
+        deliver(*self.tables)
         heard = self.state.heard
         return heard, np.arange(heard.sender.shape[1]) < heard.n[:, None]
 

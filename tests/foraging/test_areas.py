@@ -117,12 +117,12 @@ def test_the_state_tells_where_all_areas_are_and_what_they_are_worth():
         env.step(dict.fromkeys(env.agents, np.zeros(2, np.float32)))
     state = dict(zip(env.state_layout.names, env.state().tolist(), strict=True))
 
-    def told(name):
+    def reported(name):
         return [state[f"areas.{name}.{k}"] for k in ("x", "y", "nest", "prey", "worth")]
 
     first = [state[f"areas.{kind}.{k}"] for kind in ("nest", "prey") for k in ("x", "y", "worth")]
     assert first == pytest.approx([-0.7, 0.0, 1.0, 0.7, 0.0, 0.5])
-    assert told(2) == pytest.approx([-0.5, 0.4, 1.0, 0.0, 2.0])
-    assert told(3) == pytest.approx([0.7, -0.3, 0.0, 1.0, 1.0])  # it has moved
-    assert [told(k) for k in range(4, 8)] == [[0.0] * 5] * 4
+    assert reported(2) == pytest.approx([-0.5, 0.4, 1.0, 0.0, 2.0])
+    assert reported(3) == pytest.approx([0.7, -0.3, 0.0, 1.0, 1.0])  # it has moved
+    assert [reported(k) for k in range(4, 8)] == [[0.0] * 5] * 4
     assert env.state() in env.state_space

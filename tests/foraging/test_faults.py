@@ -113,11 +113,11 @@ def test_a_world_in_a_block_is_the_world_alone(conspire, physics):
 @pytest.mark.parametrize("name", ["liar", "stale"])
 def test_a_learned_language_refuses_liars_by_name(name):
     sound, liars = (find_scenario("es1", {f"faults.{each}.share": 0.2}) for each in ("dead", name))
-    policy, told = FORAGING.raw_control, rf"faults\.{name}: .*'policy' cannot be falsified"
-    with pytest.raises(ConfigError, match=told):
+    policy, pattern = FORAGING.raw_control, rf"faults\.{name}: .*'policy' cannot be falsified"
+    with pytest.raises(ConfigError, match=pattern):
         Loop(liars, policy, [0], "kinematic")
     found = Loop(sound, policy, [0], "kinematic")
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=pattern):
         found.reset([1], scenarios=liars)
 
 

@@ -48,7 +48,7 @@ def test_robots_behind_an_obstacle_are_heard_only_where_the_radio_is_not_shadowe
     robots = block(
         places, obstacles=[UPRIGHT], is_shadowed=is_shadowed, loss_near=0.0, loss_far=0.0
     )
-    found, slots = robots.listen()
+    found, slots = robots.receive()
     assert_array_equal(found.n, heard)
     if is_shadowed:
         assert_array_equal(found.sender[slots], [3, 2, 1, 0])

@@ -18,7 +18,7 @@ QUIET = {**NO_LOSS, "range_noise": 0.0, "bearing_noise": 0.0}
 def test_a_receiver_at_rest_averages_its_frames_and_one_that_moves_or_turns_does_not(block, wheels):
     robots = block([(0, 0, 0), (0.1, 0, 0)], n_worlds=2000, frames=10, **NO_LOSS)
     robots.state.wheels[1::2] = wheels
-    heard, _ = robots.listen()
+    heard, _ = robots.receive()
     assert heard.n_averaged[0::2, 0].tolist() == [10] * 2000
     assert heard.n_averaged[1::2, 0].tolist() == [1] * 2000
     at_rest, moving = (heard.range_bearing[end::2, 0, 0].var() for end in (0, 1))
@@ -27,7 +27,7 @@ def test_a_receiver_at_rest_averages_its_frames_and_one_that_moves_or_turns_does
 
 def test_the_real_board_measures_between_the_rims(block, fresh):
     robots = block([(0, 0, 0), (0.12, 0, 0)], n_worlds=2000, frames=10, range_model="board")
-    heard, valid = robots.listen()
+    heard, valid = robots.receive()
     ranges = heard.range_bearing[valid][:, 0]
     assert ranges.min() > 0.07
     streams = fresh(1)
@@ -37,7 +37,7 @@ def test_the_real_board_measures_between_the_rims(block, fresh):
 
 def test_of_more_messages_than_slots_each_is_heard_equally_often(block, believable):
     ring = [(0.1 * math.cos(a), 0.1 * math.sin(a), 0) for a in np.arange(7) * 2 * math.pi / 7]
-    heard, valid = block([(0, 0, 0), *ring], n_worlds=4000, **QUIET).listen()
+    heard, valid = block([(0, 0, 0), *ring], n_worlds=4000, **QUIET).receive()
     receiver = heard.sender[0::8]
     assert valid[0::8].all()
     assert receiver.shape[1] == 4

@@ -120,7 +120,7 @@ OF_ANOTHER_KIND = r"a snapshot of the task foraging, engine .* cannot be restore
 
 
 @pytest.mark.parametrize(
-    ("other", "told"),
+    ("other", "message"),
     [
         ({"physics": "kinematic"}, OF_ANOTHER_KIND),
         ({"seeds": (3, 1)}, OF_ANOTHER_KIND),
@@ -128,10 +128,10 @@ OF_ANOTHER_KIND = r"a snapshot of the task foraging, engine .* cannot be restore
         ({"slots": 2}, r"radio\.slots=2"),
     ],
 )
-def test_a_snapshot_of_another_kind_is_refused(bits, other, told):
+def test_a_snapshot_of_another_kind_is_refused(bits, other, message):
     loop, kept = crowd(), crowd(**other).snapshot()
     before = bits(loop)
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         loop.restore(kept)
     assert bits(loop) == before
 

@@ -115,7 +115,7 @@ def environment_cases() -> Iterator[Case]:
             yield _environment("parallel", "es1", options | engine | numbers)
         for options in _alone():
             yield _environment("learner", "es1", options | engine | numbers)
-    for options in _beside():
+    for options in _base_controllers():
         yield _environment("parallel", "es1", options | {"physics": "kinematic"} | BUSY)
     for options in _terms():
         yield _environment("parallel", "waypoints-05", options)
@@ -146,7 +146,7 @@ def _alone() -> Iterator[dict[str, Any]]:
             yield {"learn": learn, "reward": reward}
 
 
-def _beside() -> Iterator[dict[str, Any]]:
+def _base_controllers() -> Iterator[dict[str, Any]]:
     """Controllers other than the usual one beside the layer to learn."""
     for controller in ("dsgiff-frequent", "sikf", "covariance", "boids-adaptive"):
         for learn in ("weighting", "motion", "both"):
@@ -169,8 +169,8 @@ def _environment(kind: str, scenario: str, options: dict[str, Any]) -> Case:
     is_short = scenario in FIELDS and "decision_period" in options
     length = BUSY_STEPS if is_busy else STEPS
     cycles = 40 if is_short else length - 50
-    said = ",".join(f"{name}={value}" for name, value in options.items() if name not in BUSY)
-    name = f"{kind}/{scenario}{'-busy' if is_busy else ''}/{said}"
+    text = ",".join(f"{name}={value}" for name, value in options.items() if name not in BUSY)
+    name = f"{kind}/{scenario}{'-busy' if is_busy else ''}/{text}"
     play = partial(_steps, kind, scenario, {**options, "max_cycles": cycles})
     return Case(name, "environments", length, play)
 

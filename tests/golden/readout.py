@@ -103,15 +103,15 @@ def compose_all(minds: Array, settings: Array) -> None:
 def words_of(messages: Any) -> Any:
     """Messages as words f4 (rows, 12), zeros where nothing is told.
 
-    Of each area: told, distance, direction, p; then of each: short axis, direction of the long.
+    Of each area: has_estimate, distance, direction, p; then of each: short axis, long direction.
     """
     words = np.zeros((len(messages), WORDS), np.float32)
-    told = messages.told != 0
-    plain = (told, messages.distance, messages.direction, messages.p)
-    words[:, :8] = np.stack([np.where(told, each, 0.0) for each in plain], axis=2).reshape(-1, 8)
+    sent = messages.has_estimate != 0
+    plain = (sent, messages.distance, messages.direction, messages.p)
+    words[:, :8] = np.stack([np.where(sent, each, 0.0) for each in plain], axis=2).reshape(-1, 8)
     if "short_axis" in messages.dtype.names:
         ellipse = (messages.short_axis, messages.long_direction)
-        more = np.stack([np.where(told, each, 0.0) for each in ellipse], axis=2)
+        more = np.stack([np.where(sent, each, 0.0) for each in ellipse], axis=2)
         words[:, 8:] = more.reshape(-1, 4)
     return words
 

@@ -59,14 +59,14 @@ def differences(golden: Recording, found: Recording) -> list[str]:
         other = np.flatnonzero(row != golden.checksums[quantity][:length])
         if len(other):
             lines.append((other[0], f"{quantity} first differ at tick {other[0]}"))
-    said = [line for _, line in sorted(lines)]
+    lines_of_cases = [line for _, line in sorted(lines)]
     if length == min(len(row) for row in golden.checksums.values()):
-        said += [
+        lines_of_cases += [
             f"{name} in the end {found.results.get(name)} instead of {numbers}"
             for name, numbers in golden.results.items()
             if found.results.get(name) != numbers
         ]
-    return said
+    return lines_of_cases
 
 
 def load() -> dict[str, Recording]:

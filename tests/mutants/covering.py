@@ -67,8 +67,8 @@ def run(folder, group):
     data.read()
     ran = covering(data, module, line)
     files = {file_of(test) for test in ran}
-    beside = {test for test in seconds if file_of(test) in files or IMPORT in ran}
-    chosen = sorted(beside, key=lambda test: (test not in ran, seconds[test]))
+    related = {test for test in seconds if file_of(test) in files or IMPORT in ran}
+    chosen = sorted(related, key=lambda test: (test not in ran, seconds[test]))
     affordable, total = [], 0.0
     for test in chosen:
         if total + seconds[test] <= MOST_SECONDS or not affordable:

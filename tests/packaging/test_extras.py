@@ -27,14 +27,14 @@ def declared():
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_an_extra_brings_what_is_said_of_it_and_the_commands(declared, extra):
     of_module = packages_distributions()
-    said = {
+    named = {
         name.replace("_", "-").lower()
         for module in EXTRAS[extra]
         for name in of_module.get(module, [module])  # torchrl has an environment of its own
     }
     alone = extra in ("evaluate", "torchrl", "cuda")
     names = {each.name for each in declared[extra]}
-    assert names - {"numpy"} == said | (set() if alone else {COMMANDS})
+    assert names - {"numpy"} == named | (set() if alone else {COMMANDS})
     assert alone or "evaluate" in declared[extra][0].extras
 
 
@@ -56,7 +56,7 @@ NAMESAKE = {"package": "baselines/__init__.py", "module": "baselines.py"}
 
 @pytest.mark.parametrize("file", NAMESAKE.values(), ids=NAMESAKE)
 @pytest.mark.parametrize(
-    ("code", "told"),
+    ("code", "message"),
     [
         ("from training.cli import main\nmain()", r"^swarm-forage: another package named"),
         (
@@ -66,14 +66,14 @@ NAMESAKE = {"package": "baselines/__init__.py", "module": "baselines.py"}
     ],
     ids=["command", "environment"],
 )
-def test_a_package_of_somebody_else_with_one_of_our_names_is_told(tmp_path, file, code, told):
+def test_a_package_of_somebody_else_with_one_of_our_names_is_told(tmp_path, file, code, message):
     other = tmp_path / file
     other.parent.mkdir(exist_ok=True)
     other.write_text('"""Somebody else\'s."""\n')
     path = os.pathsep.join([str(tmp_path), str(PYPROJECT.parent)])
     _, stderr = run("-c", code, status=1, cwd=tmp_path, variables={"PYTHONPATH": path})
     last = stderr.splitlines()[-1]
-    assert re.search(told, last), stderr
+    assert re.search(message, last), stderr
     place = other.parent if other.stem == "__init__" else other
     assert f"'baselines' is found first, in {place}" in last
 

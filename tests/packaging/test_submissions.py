@@ -26,9 +26,9 @@ def test_the_paper_cites_what_its_bibliography_has_and_is_as_long_as_a_journal_t
 
 def test_the_paper_gives_the_numbers_of_the_readme():
     readme, paper = (ROOT / "README.md").read_text(), PAPER.read_text(encoding="utf-8")
-    for told in ("25 of", "5 of 8", "150 of 166", "237", "174"):
-        assert told in readme, told
-        assert told in paper, told
+    for figure in ("25 of", "5 of 8", "150 of 166", "237", "174"):
+        assert figure in readme, figure
+        assert figure in paper, figure
 
 
 def test_the_container_gets_what_it_copies_and_installs_extras_that_there_are():
@@ -45,8 +45,8 @@ def test_the_container_gets_what_it_copies_and_installs_extras_that_there_are():
 
 
 def test_the_development_container_makes_a_target_that_there_is():
-    told = json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text(encoding="utf-8"))
-    make, target = told["postCreateCommand"].split()
+    made = json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text(encoding="utf-8"))
+    make, target = made["postCreateCommand"].split()
     assert make == "make"
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
 

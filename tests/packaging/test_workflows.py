@@ -46,13 +46,13 @@ def test_there_are_workflows_that_run_on_a_push_and_on_a_pull_request():
 
 
 def test_every_command_is_a_target_of_the_makefile_and_none_is_forgotten(jobs):
-    told = [command for name, job in jobs.items() if name != "windows" for command in commands(job)]
-    for command in told:  # Windows has no make
+    every = [line for name, job in jobs.items() if name != "windows" for line in commands(job)]
+    for command in every:  # Windows has no make
         program, target, *options = command.split()
         assert program == "make", command
         assert target in TARGETS, command
         assert {each.partition("=")[0] for each in options} <= {"PYTHON", "WORKERS"}, command
-    assert {each.split()[1] for each in told} >= {"test", "lint", "docs", "test-wheel", "dist"}
+    assert {each.split()[1] for each in every} >= {"test", "lint", "docs", "test-wheel", "dist"}
 
 
 def test_the_tests_run_on_the_systems_and_under_every_python_of_the_classifiers(jobs):
@@ -60,8 +60,8 @@ def test_the_tests_run_on_the_systems_and_under_every_python_of_the_classifiers(
         matrix = matrix_of(job)
         assert set(product(matrix["os"], matrix["python"])) == set(product(SYSTEMS, PYTHONS))
         assert job["runs-on"] == "${{ matrix.os }}"
-    told = {each for each in PROJECT["classifiers"] if each.startswith("Operating System")}
-    assert {f"Operating System :: {each}" for each in SYSTEMS.values()} == told
+    named = {each for each in PROJECT["classifiers"] if each.startswith("Operating System")}
+    assert {f"Operating System :: {each}" for each in SYSTEMS.values()} == named
     oldest = min(PYTHONS, key=lambda each: int(each.partition(".")[2]))
     assert PROJECT["requires-python"] == f">={oldest}"
 

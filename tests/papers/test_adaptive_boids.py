@@ -76,11 +76,11 @@ def test_where_nobody_claims_a_goal_nothing_is_said_of_the_success():
         experiment: [replace(each, success_rate=None) for each in trials]
         for experiment, trials in as_published().items()
     }
-    told = [claim.judge(results) for claim in CLAIMS]
-    silent = {each.claim for each in told if each.ours is None}
-    wanted = {each.claim for each in told if re.search("success|root mean square", each.claim)}
+    judged = [claim.judge(results) for claim in CLAIMS]
+    silent = {each.claim for each in judged if each.ours is None}
+    wanted = {each.claim for each in judged if re.search("success|root mean square", each.claim)}
     assert silent == wanted
-    assert not any(each.reproduced for each in told if each.ours is None)
+    assert not any(each.reproduced for each in judged if each.ours is None)
 
 
 METRICS = {"covariance norm": COVARIANCE, "mean error [m]": ERROR, "goals per robot": GOALS,

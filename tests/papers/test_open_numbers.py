@@ -17,9 +17,9 @@ from baselines.papers.open_search import (
     FIRST,
     OTHERS,
     Measured,
-    chance,
     distance,
     fit_emulator,
+    probabilities,
     probability_within,
 )
 
@@ -83,10 +83,10 @@ def test_the_chance_of_a_set_is_that_of_the_tolerances_by_which_its_distance_is_
     sets = [
         episodes("es1", nc=60, ssgikf=round(100.0 * 2.0 ** draw[0])) for draw in draws
     ]  # 150 at 0.585
-    found = chance(draws, draws, sets, "es1")
+    found = probabilities(draws, draws, sets, "es1")
     near = np.array([distance(each, "es1") for each in sets])
     assert found[near < 0.8].min() > 0.5 > found[near > 1.2].max()
-    assert (chance(draws, draws, sets, "es2") == 1.0).all(), "nothing was measured there"
+    assert (probabilities(draws, draws, sets, "es2") == 1.0).all(), "nothing was measured there"
 
 
 def test_a_search_goes_on_where_it_was_and_takes_only_near_sets_further(monkeypatch, tmp_path):

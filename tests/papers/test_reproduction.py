@@ -87,16 +87,16 @@ def test_adaptive_episodes_decide_each_claim_on_the_page_and_as_json(
     reproduce, monkeypatch, tmp_path
 ):
     """What is decided so far is written after each look."""
-    write, told = reproduction.Reproduction.write, []
+    write, written = reproduction.Reproduction.write, []
 
     def watched(run, *given):
-        told.append([each.n for each in run.decided])
+        written.append([each.n for each in run.decided])
         return write(run, *given)
 
     monkeypatch.setattr(reproduction.Reproduction, "write", watched)
     monkeypatch.setattr(sequential, "LOOKS", (2, 3))
     status, stdout, stderr = reproduce("--episodes=adaptive", *SHORT)
-    assert told == [[], [2, 2], [2, 3]]
+    assert written == [[], [2, 2], [2, 3]]
     assert status == 0
     assert "Of 2 claims" in stdout
     assert "4 of 4 episodes found" in stderr, "the first look needs nothing new"

@@ -94,9 +94,9 @@ def test_the_kept_policy_is_compared_with_others(ppo, monkeypatch, options, caps
     monkeypatch.setattr(ppo, "run_episodes", lambda *_: [type("Episode", (), {"round_trips": 3})])
     agent = ppo.train(options(iterations=1))
     assert set(ppo.compare(options(), agent).values()) == {3.0}
-    told = capsys.readouterr().out
-    assert "ssgikf, hand-written:    3.0 round trips" in told
-    assert "the same, stochastic:    3.0 round trips" in told
+    output = capsys.readouterr().out
+    assert "ssgikf, hand-written:    3.0 round trips" in output
+    assert "the same, stochastic:    3.0 round trips" in output
 
 
 def test_the_command_line_names_every_option(ppo, monkeypatch):

@@ -22,11 +22,11 @@ def test_the_example_trains_and_its_model_is_a_controller(example, one_thread, t
     policies = {"the trained policy", "the same, stochastic"}
     assert set(found) == {"random", "ssgikf, hand-written"} | policies
     assert found["ssgikf, hand-written"] > 100.0
-    told = capsys.readouterr().out
-    assert f"{2 * ITERATION:,} robot-steps:" in told
+    output = capsys.readouterr().out
+    assert f"{2 * ITERATION:,} robot-steps:" in output
     file = tmp_path / "run" / "model.zip"
     assert file.is_file()
-    assert f"swarm-forage evaluate es1 ssgikf sb3:{file}" in told
+    assert f"swarm-forage evaluate es1 ssgikf sb3:{file}" in output
 
 
 def test_a_clone_is_scored_beside_the_original(example, one_thread, tmp_path, capsys):
@@ -59,9 +59,9 @@ def test_it_learns_what_to_say_and_is_compared_with_others(ppo, capsys):
     options = ppo.Options(robot_steps=1, worlds=2, episodes=1)
     policy = ppo.train(options, **SHORT)
     assert ppo.compare(options, policy, **SHORT).keys() > {"random", "the same, stochastic"}
-    told = capsys.readouterr().out
-    assert "3,200 robot-steps: reward" in told
-    assert "the trained policy:" in told
+    output = capsys.readouterr().out
+    assert "3,200 robot-steps: reward" in output
+    assert "the trained policy:" in output
     assert policy.actor.message[0].weight.grad.abs().sum() > 0.0
 
 

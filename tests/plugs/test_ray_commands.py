@@ -76,14 +76,14 @@ def command_of(process):
 
 def test_a_command_says_on_ray_what_it_says_without(start, tmp_path):
     short = *EVALUATE, "--episodes=4", "--set=task.duration=30"
-    told = []
+    messages = []
     for backend in ("ray", "joblib"):
         run = start(*short, f"--out={backend}", f"--backend={backend}")
         stdout, stderr = run.communicate(timeout=300)
         assert run.returncode == 0, stderr
         assert all(line.startswith("swarm-forage: ") for line in stderr.splitlines()), stderr
-        told.append([episode | {"wall_s": 0.0} for episode in json.loads(stdout)])
-    assert told[0] == told[1]
+        messages.append([episode | {"wall_s": 0.0} for episode in json.loads(stdout)])
+    assert messages[0] == messages[1]
 
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])

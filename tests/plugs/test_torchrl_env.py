@@ -79,8 +79,8 @@ def test_a_rollout_is_that_of_the_parallel_env_number_for_number(make, small, fo
             actions = dict(zip(env.agents, now["epuck", "action"].numpy(), strict=True))
             observations, rewards, _, truncated, infos = env.step(actions)
             then = now["next"]
-            earned = np.array(list(rewards.values()), np.float32)
-            assert np.array_equal(then["epuck", "reward"][:, 0], earned)
+            expected = np.array(list(rewards.values()), np.float32)
+            assert np.array_equal(then["epuck", "reward"][:, 0], expected)
             assert np.array_equal(then["state"], env.state())
             assert then["truncated"].all() == all(truncated.values()) == (step == 19)
             for k, info in enumerate(infos.values()):

@@ -42,7 +42,7 @@ def scenarios(draw):
     fastest = FASTEST * radius / tick * draw(st.floats(0.05, 1.0))
     reach = draw(st.floats(0.02, 0.4))
     near_share, losses = draw(st.floats(0.0, 0.9)), sorted((draw(SHARE), draw(SHARE)))
-    room = max(1, min(MAX_ROBOTS, int(0.5 * (start / radius) ** 2)))
+    max_robots = max(1, min(MAX_ROBOTS, int(0.5 * (start / radius) ** 2)))
     return Scenario(
         tick=tick,
         arena={
@@ -74,7 +74,7 @@ def scenarios(draw):
             "exchange_time": draw(st.floats(0.05, 2.0)),
         },
         task={
-            "n_robots": draw(st.integers(1, room)),
+            "n_robots": draw(st.integers(1, max_robots)),
             "duration": 1e4,
             "area_radius": area,
             "area_distance": distance,

@@ -64,7 +64,7 @@ def test_a_scene_is_the_truth_about_its_own_world(loop):
         assert found.total == robots["right"].sum()
         seen = loop.world.sightings["seen"][which]
         assert_array_equal(found.messages[:, ::-1], np.argwhere(seen))
-        assert_array_equal(found.doing == TALKING, seen.any(axis=1))
+        assert_array_equal(found.activity == TALKING, seen.any(axis=1))
         within = found.localised.is_within(found.pose)
         for robot in range(5):
             away = belief["pose"][robot, :2] - robots["pose"][robot, :2]
@@ -114,8 +114,8 @@ def test_claims_are_marked_where_they_were_made_for_as_long_as_trails_last():
     assert_array_equal(right.goal, [3.0, 2.0])
     assert_array_equal(wrong.place, [-3.0, -3.0])
     at = shown(before, after)
-    beside = 3.3 / Layout(STAGE, 720).scale * 1.4
-    assert at(3.1 - beside, 2.0) == near(palette.RIGHT, 40)
+    shift = 3.3 / Layout(STAGE, 720).scale * 1.4
+    assert at(3.1 - shift, 2.0) == near(palette.RIGHT, 40)
     assert at(-3.0, -3.0) == near(palette.WRONG, 40)
     assert at(0.0, -0.5) == near(palette.WRONG, 90), "the line from the claim to the goal"
     trails.take(replace(after, time=60.5 + TRAIL + 0.5))
@@ -125,13 +125,13 @@ def test_claims_are_marked_where_they_were_made_for_as_long_as_trails_last():
 def test_lidar_is_a_circle_and_a_line_between_those_that_see_each_other():
     pose = np.array([[-2.0, -2.0, 0.0], [-1.4, -2.0, 0.0]])
     pairs = np.array([[0, 1], [1, 0]], np.int32)
-    told = scene(n=2, pose=pose, messages=pairs)
+    picture = scene(n=2, pose=pose, messages=pairs)
     quiet = Show(trails=False, beliefs=False)
-    at = shown(told, show=quiet)
+    at = shown(picture, show=quiet)
     assert at(-1.7, -2.0) == near(palette.MESSAGE, 60)
     around = [at(-2.0 - STAGE.goals.reach + d, -2.0) for d in np.linspace(-0.05, 0.05, 9)]
     assert any(colour != near(palette.FLOOR, 12) for colour in around)
-    hidden = shown(told, show=Show(trails=False, messages=False, beliefs=False))
+    hidden = shown(picture, show=Show(trails=False, messages=False, beliefs=False))
     assert hidden(-1.7, -2.0) == near(palette.FLOOR, 12)
 
 

@@ -100,9 +100,9 @@ def test_nothing_is_loaded_until_somebody_looks():
 def test_a_map_of_characters_shows_robots_and_areas_where_they_are():
     made = parallel_env("es1", render_mode="ansi", **few)
     made.reset(seed=1)
-    *rows, told = made.render().splitlines()
+    *rows, legend = made.render().splitlines()
     assert {len(row) for row in rows} == {60}
-    assert told == "0.0 s, round trips 0, on path 0%"
+    assert legend == "0.0 s, round trips 0, on path 0%"
     nest = {at for row in rows for at, sign in enumerate(row) if sign == "#"}
     prey = {at for row in rows for at, sign in enumerate(row) if sign == "%"}
     assert max(nest) < 10 < 50 < min(prey)

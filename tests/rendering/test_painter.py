@@ -24,10 +24,10 @@ def near(colour, within=6):
     return pytest.approx(colour, abs=within)
 
 
-def scene(places, doing=LOST, **changes):
+def scene(places, activity=LOST, **changes):
     """Robots at these places, looking along y, all doing the same, without messages."""
     pose = [(x, y, np.pi / 2) for x, y in places]
-    return scene_of(pose, doing=np.full(len(places), doing, np.int8), **changes)
+    return scene_of(pose, activity=np.full(len(places), activity, np.int8), **changes)
 
 
 def painted(*scenes, stage=STAGE, width=512, show=None, beliefs=False):
@@ -99,10 +99,10 @@ def test_obstacles_and_the_outer_wall_lie_where_they_are():
 def test_a_robot_is_drawn_where_it_is_in_the_colour_of_what_it_does(name, width):
     stage = stage_of(find_scenario(name), "nc")
     x, y = 0.31 * stage.length, 0.23 * stage.width
-    for doing in (TO_THE_NEST, LOST, TALKING):
-        _, at = painted(scene([(x, y)], doing), stage=stage, width=width)
+    for activity in (TO_THE_NEST, LOST, TALKING):
+        _, at = painted(scene([(x, y)], activity), stage=stage, width=width)
         behind = 0.5 * Layout(stage, width).robot_radius / Layout(stage, width).scale
-        assert at(x, y - behind) == near(palette.DOING[doing], 40)
+        assert at(x, y - behind) == near(palette.ROBOT[activity], 40)
 
 
 def test_a_robot_is_to_scale_and_its_wedge_points_ahead():
@@ -161,9 +161,9 @@ def test_trails_lead_back_to_where_a_robot_came_from_in_this_episode():
 
 
 def test_a_message_is_an_arc_to_the_left_of_its_way_for_half_a_second():
-    told = scene([(0.2, 0.3), (0.34, 0.3)], messages=np.array([[0, 1]], np.int32))
-    frame, _ = painted(told)
-    hidden, _ = painted(told, show=Show(messages=False))
+    picture = scene([(0.2, 0.3), (0.34, 0.3)], messages=np.array([[0, 1]], np.int32))
+    frame, _ = painted(picture)
+    hidden, _ = painted(picture, show=Show(messages=False))
     rows, columns = np.nonzero((frame != hidden).any(axis=2))
     places = np.stack([columns, rows], axis=1) - Layout(STAGE, 512).in_picture(
         np.array([0.27, 0.3])
@@ -172,10 +172,10 @@ def test_a_message_is_an_arc_to_the_left_of_its_way_for_half_a_second():
     assert places[:, 1].min() < -5
     assert places[:, 1].max() <= 2
     assert abs(places[:, 0].mean()) < 2
-    silent = replace(told, messages=np.zeros((0, 2), np.int32))
+    silent = replace(picture, messages=np.zeros((0, 2), np.int32))
     never, _ = painted(silent)
     for later, seen in ((0.3, True), (0.6, False)):
-        frame, _ = painted(told, replace(silent, time=60.0 + later), show=Show(trails=False))
+        frame, _ = painted(picture, replace(silent, time=60.0 + later), show=Show(trails=False))
         assert (frame != never).any() == seen
 
 

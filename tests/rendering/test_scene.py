@@ -69,14 +69,14 @@ def test_a_robot_is_doing_what_it_believes_to_do(loop):
     robots["lost_events"][[3, 4, 0]] = 1
     robots["known"][4, 1] = 1
     scene = loop.scene()
-    assert scene.doing[:5].tolist() == [TO_THE_NEST, TO_THE_PREY, TALKING, LOST, EXPLORING]
+    assert scene.activity[:5].tolist() == [TO_THE_NEST, TO_THE_PREY, TALKING, LOST, EXPLORING]
 
 
 def test_without_beliefs_a_robot_goes_where_the_task_sends_it(busy):
     loop = Loop(busy, FORAGING.raw_control, [1])
     loop.world.robots["leg"][0, :3] = 0, 1, 2
     scene = loop.scene()
-    assert scene.doing[:3].tolist() == [EXPLORING, TO_THE_PREY, TO_THE_NEST]
+    assert scene.activity[:3].tolist() == [EXPLORING, TO_THE_PREY, TO_THE_NEST]
     assert not scene.known.any()
     assert not scene.believed.any()
 

@@ -93,8 +93,8 @@ def test_what_is_no_range_of_the_scenario_is_refused_at_once(ranges, why):
 
 
 def test_a_distance_of_areas_that_have_places_of_their_own_is_refused():
-    told = r"task\.area_distance changes nothing in 'two-prey', where task\.areas is read instead"
-    with pytest.raises(ConfigError, match=told):
+    text = r"task\.area_distance changes nothing in 'two-prey', where task\.areas is read instead"
+    with pytest.raises(ConfigError, match=text):
         Randomisation(find_scenario("two-prey"), DISTANCE)
 
 

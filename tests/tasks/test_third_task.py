@@ -56,7 +56,7 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
     assert env.state().shape == env.state_space.shape == (9,)
     part = find_controller("patrol-ahead").motion
     steer = OutsideMotion(part.layer(loop.world.scenario), loop.world.scenario, [5])
-    earned = 0.0
+    total_reward = 0.0
     while env.agents:
         seen = shown_records(env.observation_layout, observations)
         assert_array_equal(seen["situation"], loop.situation)
@@ -64,11 +64,11 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
         commands = steer(seen["situation"], loop.world.robots["readings"][0], wheels)
         actions = dict(zip(env.agents, commands, strict=True))
         observations, rewards, _, truncations, infos = env.step(actions)
-        earned += sum(rewards.values())
+        total_reward += sum(rewards.values())
         loop.step()
         assert_array_equal(env.world.robots["pose"], loop.world.robots["pose"])
     assert all(truncations.values())
-    assert earned == sum(info["visits"] for info in infos.values()) > 0.0
+    assert total_reward == sum(info["visits"] for info in infos.values()) > 0.0
 
 
 def test_what_it_has_not_is_refused_in_our_words():

@@ -85,13 +85,13 @@ def test_what_is_no_checkpoint_is_refused_in_its_first_line(file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("identity", "told"),
+    ("identity", "text"),
     [({"seed": "3"}, "layer = weighting, not missing"),
      ({**IDENTITY, "device": "cuda"}, "device = missing, not cuda"),
      ({**IDENTITY, "seed": "4", "layer": "motion"}, "seed = 3, not 4")],
 )  # fmt: skip
-def test_a_checkpoint_tells_the_first_thing_in_which_its_experiment_differs(file, identity, told):
-    with pytest.raises(ConfigError, match=rf"holds an experiment with {told}; name another"):
+def test_a_checkpoint_tells_the_first_thing_in_which_its_experiment_differs(file, identity, text):
+    with pytest.raises(ConfigError, match=rf"holds an experiment with {text}; name another"):
         read_checkpoint(file, identity)
 
 
@@ -151,9 +151,9 @@ def test_a_full_disk_is_an_error_of_the_training_that_names_the_file(tmp_path, f
 
 
 def test_a_folder_is_made_with_those_above_it_and_more_steps_than_asked_leave_none(tmp_path):
-    said = []
+    lines = []
     out = tmp_path / "a" / "b"
-    with ProgressLogger(out, "round", said.append, 10, 12):
+    with ProgressLogger(out, "round", lines.append, 10, 12):
         pass
-    assert said == ["12 of 10 rounds found, 0 to run"]
+    assert lines == ["12 of 10 rounds found, 0 to run"]
     assert len(list((out / FOLDER).iterdir())) == 1

@@ -36,14 +36,14 @@ def record_by(monkeypatch):
     """Let graphs be of a class, and be recorded by a context, without a GPU."""
 
     def replace(graph, recorder):
-        aside, usual = (SimpleNamespace(wait_stream=lambda other: None) for _ in range(2))
+        own_stream, usual = (SimpleNamespace(wait_stream=lambda other: None) for _ in range(2))
 
         def recorded(graph, stream):
-            assert stream is aside
+            assert stream is own_stream
             return recorder(graph)
 
         for name, fake in {
-            "CUDAGraph": graph, "graph": recorded, "Stream": lambda: aside,
+            "CUDAGraph": graph, "graph": recorded, "Stream": lambda: own_stream,
             "current_stream": lambda: usual, "stream": nullcontext,
         }.items():  # fmt: skip
             monkeypatch.setattr(torch.cuda, name, fake)

@@ -73,15 +73,15 @@ def test_a_fit_finds_out_who_is_right(imitating):
 
 def test_training_ends_with_the_best_policy_as_a_controller(imitating, monkeypatch):
     mine = imitating(controller="dsgiff-frequent")
-    said, rates, adam = [], [], torch.optim.Adam
+    lines, rates, adam = [], [], torch.optim.Adam
     monkeypatch.setattr(
         torch.optim, "Adam", lambda numbers, lr: rates.append(lr) or adam(numbers, lr)
     )
     torch.set_num_threads(2)
-    policy = train(mine, said.append)
+    policy = train(mine, lines.append)
     assert torch.get_num_threads() == 1, "so that sums are the same whatever the workers"
     assert rates == [dagger.LEARNING_RATE, dagger.LEARNING_RATE / 2], "of two rounds"
-    assert any("gain per exchange as a share of the oracle's: es1 " in line for line in said)
+    assert any("gain per exchange as a share of the oracle's: es1 " in line for line in lines)
     curve = policy.card.curve
     assert [point.step for point in curve] == [0, 1, 2]
     assert [point.simulated_s for point in curve] == [0.0, 180.0, 360.0]  # 3 worlds of 60 s
@@ -141,11 +141,11 @@ def test_the_network_that_is_trained_is_the_one_that_runs(
     for _ in range(scenario.n_ticks):
         seen, (own, heard) = exchanges.copy(), errors(loop.controller.minds, loop.world)
         loop.step()
-        told = (seen["is_valid"][:, None] > 0) & (seen["heard_known"] > 0)
+        mask = (seen["is_valid"][:, None] > 0) & (seen["heard_known"] > 0)
         is_known, needs_upload = seen["own_known"] > 0, seen["goal"][:, :2] > 0.0
-        told &= is_known if network is EXCHANGE_NETWORK else ~is_known | needs_upload
-        told &= needs_upload | (name == "dsgiff-frequent") | ~is_known
-        columns.append((exchanges["weight"][told], is_known[told], own[told], heard[told]))
+        mask &= is_known if network is EXCHANGE_NETWORK else ~is_known | needs_upload
+        mask &= needs_upload | (name == "dsgiff-frequent") | ~is_known
+        columns.append((exchanges["weight"][mask], is_known[mask], own[mask], heard[mask]))
     weights, known, own, heard = map(np.concatenate, zip(*columns, strict=True))
     assert len(weights) > 15
     assert known.all() == (network is EXCHANGE_NETWORK)

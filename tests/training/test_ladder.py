@@ -115,7 +115,7 @@ def test_one_seed_one_score_and_blocks_do_not_matter(rung, monkeypatch):
     act = random_actions(keywords)
     still = ArrayEnv(**keywords).action_space.low * 0.0
 
-    def straight(observations, begins, by_chance):
+    def straight(observations, begins, stochastic):
         return np.broadcast_to(still, (*observations.shape[:2], *still.shape))
 
     together = play(keywords, straight, [1, 2, 3])
@@ -187,12 +187,12 @@ def test_a_file_that_holds_no_runs_is_refused(scored, tmp_path):
 
 
 def test_a_library_that_is_missing_is_told_and_left_out(monkeypatch):
-    said = []
-    monkeypatch.setattr(benchmark, "say", said.append)
+    lines = []
+    monkeypatch.setattr(benchmark, "say", lines.append)
     monkeypatch.setitem(benchmark.TRAINERS, "benchmarl", "benchmarl_is_not_here")
     found = benchmark.installed(find_algorithms(["sb3_ppo", "mappo"]))
     assert [each.name for each in found] == ["sb3_ppo"]
-    assert [line.partition(":")[0] for line in said] == ["mappo is left out"]
+    assert [line.partition(":")[0] for line in lines] == ["mappo is left out"]
 
 
 def test_cleanrl_s_ppo_learns_with_a_rate_that_falls(rung, monkeypatch):
@@ -206,7 +206,7 @@ def test_cleanrl_s_ppo_learns_with_a_rate_that_falls(rung, monkeypatch):
     cleanrl_trainer.train(rung, small, 0, watch)
     assert rates == pytest.approx([3e-4, 1.5e-4])
     assert [point["robot_steps"] for point in watch.curve] == [240, 480]
-    assert len(play(rung.test_keywords, watch.best, [1000], by_chance=True)) == 1
+    assert len(play(rung.test_keywords, watch.best, [1000], stochastic=True)) == 1
 
 
 def test_a_memory_is_kept_from_decision_to_decision_of_one_episode(rung):
@@ -277,7 +277,7 @@ def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):
     keywords = weighting.test_keywords
     in_ticks = {name: value for name, value in keywords.items() if name != "step_on"}
 
-    def half(observations, begins, by_chance):
+    def half(observations, begins, stochastic):
         return np.zeros((*observations.shape[:2], 2), np.float32)
 
     scores = play(keywords, half, [1, 2, 3])
@@ -341,8 +341,8 @@ def test_a_policy_acts_for_every_robot_of_every_world_with_the_states_that_it_ga
     act = trainers._acting(SimpleNamespace(predict=predict))
     seen = np.arange(24.0).reshape(2, 3, 4)
     begins = [True, True], [False, True], [True, True]
-    for each, by_chance in zip(begins, (False, True, False), strict=True):
-        given = act(seen, np.array(each), by_chance)
+    for each, stochastic in zip(begins, (False, True, False), strict=True):
+        given = act(seen, np.array(each), stochastic)
         assert given.tolist() == (2.0 * seen[..., :2]).tolist()
     assert asked == [
         ((6, 4), None, [True] * 6, True),
@@ -354,9 +354,9 @@ def test_a_policy_acts_for_every_robot_of_every_world_with_the_states_that_it_ga
 def test_a_policy_is_told_where_an_episode_starts(rung):
     told, random = [], random_actions(rung.test_keywords)
 
-    def act(observations, begins, by_chance):
+    def act(observations, begins, stochastic):
         told.append(begins.tolist())
-        return random(observations, begins, by_chance)
+        return random(observations, begins, stochastic)
 
     play(rung.test_keywords, act, [1, 2])
     assert told == [[True, True], *[[False, False]] * 19]
@@ -372,15 +372,15 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(monkeypatch, rung
 
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: train)
 
-    def play(*given, by_chance=False):
-        played.append((*given, by_chance))
-        return [len(given[2]) - 0.5 * by_chance]
+    def play(*given, stochastic=False):
+        played.append((*given, stochastic))
+        return [len(given[2]) - 0.5 * stochastic]
 
     monkeypatch.setattr(benchmark, "play", play)
     job = Job(rung, read_algorithms()["sb3_ppo"], 4, 600)
     found = benchmark.make(job)
     told = {name: value for name, value in TINY.items() if name != "physics"}
-    tested = [(told, ("best", 4), range(1000, 1002), by_chance) for by_chance in (False, True)]
+    tested = [(told, ("best", 4), range(1000, 1002), stochastic) for stochastic in (False, True)]
     assert played == [(told, 600, 4), *tested]
     assert (found.train_s, found.seed, found.robot_steps) == (9.0, 4, 600)
     assert (found.scores, found.scores_by_chance) == ([2.0], [1.5])
@@ -388,8 +388,8 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(monkeypatch, rung
 
 
 def test_runs_that_are_made_are_kept_and_told_one_by_one(monkeypatch, scored, tmp_path):
-    said, seconds, asked = [], iter((100.0, 103.0, 106.0, 107.0)), []
-    monkeypatch.setattr(benchmark, "say", said.append)
+    lines, seconds, asked = [], iter((100.0, 103.0, 106.0, 107.0)), []
+    monkeypatch.setattr(benchmark, "say", lines.append)
     monkeypatch.setattr(benchmark, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: asked.append(algorithm.name))
     jobs = benchmark.jobs_of([scored], [read_algorithms()["sb3_ppo"]], 3, 2_500_000)
@@ -398,7 +398,7 @@ def test_runs_that_are_made_are_kept_and_told_one_by_one(monkeypatch, scored, tm
     write_runs(made[:1], file)
     backend = SimpleNamespace(run=lambda make, todo: (made[job.seed] for job in todo))
     benchmark.run_jobs(jobs, file, backend)
-    assert said == [
+    assert lines == [
         f"1 of 3 runs found in {file}, 2 to make",
         "tiny, sb3_ppo, seed 1: 7.0 after 2.5 M robot-steps in 60 s; about 3 s left",
         "tiny, sb3_ppo, seed 2: 7.0 after 2.5 M robot-steps in 60 s; about 0 s left",

@@ -110,13 +110,13 @@ def test_the_page_of_the_documentation_is_what_its_runs_make(call, kept, tmp_pat
 
 
 def test_runs_of_other_settings_are_told_and_kept(call, kept, tmp_path, monkeypatch):
-    said, (first, *rest) = [], kept[1][:3]
-    monkeypatch.setattr(commands, "say", said.append)
+    messages, (first, *rest) = [], kept[1][:3]
+    monkeypatch.setattr(commands, "say", messages.append)
     few = [replace(first, key="old"), replace(first, robot_steps=1), *rest]
     runs.write_runs(few, tmp_path / "runs.parquet")
     result, _ = call("ladder", "--seeds=0", kept[0])
     told = f"{first.rung}, {first.algorithm}, seed {first.seed} no longer counts"
-    assert [told in line for line in said] == [True]
+    assert [told in line for line in messages] == [True]
     assert len(result.output.splitlines()) == 3
     assert runs.read_runs(tmp_path / "runs.parquet") == few
 

@@ -97,9 +97,9 @@ def test_without_the_package_one_line_says_what_installs_it(tmp_path, monkeypatc
     (tmp_path / "p.onnx").write_text("")
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     controller = find_controller(f"onnx:{tmp_path / 'p.onnx'}")
-    with pytest.raises(ModuleNotFoundError, match=r"pip install 'swarm-forage\[onnx\]'$") as told:
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'swarm-forage\[onnx\]'$") as error:
         controller.check_usable(find_scenario("es1"))
-    assert told.value.name == "onnxruntime"
+    assert error.value.name == "onnxruntime"
 
 
 class Network(torch.nn.Module):
@@ -116,18 +116,18 @@ class Network(torch.nn.Module):
 
 
 @pytest.mark.parametrize(
-    ("space", "given", "told"),
+    ("space", "given", "acts"),
     [
         (Discrete(3), [[0.0, 1.0, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
         (Box(-1.0, 1.0, (2,)), [[0.0, 1.0], [3.0, 1.0]], [[0.0, 1.0], [3.0, 1.0]]),
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, space, given, told):
+def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, space, given, acts):
     torch.jit.script(Network(given)).save(str(tmp_path / "p.pt"))
     form = SimpleNamespace(action_space=space, layout=[0] * 4)
     act = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form).act
-    assert act(np.zeros((2, 4), np.float32), None, None)[0].tolist() == told
+    assert act(np.zeros((2, 4), np.float32), None, None)[0].tolist() == acts
     with pytest.raises(
         ConfigError, match=r"observations of 2 robots and 3 numbers \(.*an odd number\); say"
     ) as no:

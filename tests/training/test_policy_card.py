@@ -58,11 +58,11 @@ def test_a_card_lies_beside_its_policy_and_is_read_again(tmp_path):
 )
 def test_a_card_of_version_1_says_what_was_the_default_then(tmp_path, scenario, asked, then):
     text = save_policy_card(tmp_path / "p.pt", scenario, learn="motion", **asked).read_text("utf-8")
-    told = json.loads(text)
-    told["format"] = 1
+    content = json.loads(text)
+    content["format"] = 1
     for new in ("reflexes", "walk"):
-        del told["keywords"][new]
-    keywords = card_from(json.dumps(told), "x").keywords.model_dump()
+        del content["keywords"][new]
+    keywords = card_from(json.dumps(content), "x").keywords.model_dump()
     assert {name: keywords[name] for name in then} == then
 
 
@@ -117,7 +117,7 @@ def test_an_observation_of_a_state_of_its_own_is_not_what_its_class_makes(tmp_pa
 KINDS = {"sb3": "m.zip", "torchscript": "m.pt", "onnx": "m.onnx"}
 
 
-def card_beside(folder, **changes):
+def write_card_of(folder, **changes):
     """The card of a policy `m` with some of what it says changed."""
     written = save_policy_card(folder / "m.zip", "es1")
     card = json.loads(written.read_text())
@@ -127,7 +127,7 @@ def card_beside(folder, **changes):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"keywords": {"trust": True}}, r"card .*: keywords.trust: Extra"),
         ({"keywords": {"file": "/etc/passwd"}}, r"card .*: keywords.file: Extra"),
@@ -145,24 +145,24 @@ def card_beside(folder, **changes):
         ({"controller": "no-error"}, "is a reference that knows the ground truth"),
     ],
 )  # fmt: skip
-def test_a_card_chooses_no_file_no_code_and_no_trust(kind, changes, told, tmp_path, monkeypatch):
+def test_a_card_chooses_no_file_no_code_and_no_trust(kind, changes, message, tmp_path, monkeypatch):
     with zipfile.ZipFile(tmp_path / "m.zip", "w") as archive:
         archive.writestr("data", '{"policy_class": {}, "policy_kwargs": {}}')
         archive.writestr("policy.pth", b"")
     (tmp_path / "m.pt").write_bytes(b"")
     (tmp_path / "m.onnx").write_bytes(b"")
     (tmp_path / "intrusion.py").write_text("class Own:\n    pass\n")
-    card_beside(tmp_path, **changes)
+    write_card_of(tmp_path, **changes)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.chdir(tmp_path)
-    with pytest.raises((ConfigError, UnknownNameError), match=told) as refusal:
+    with pytest.raises((ConfigError, UnknownNameError), match=message) as refusal:
         find_controller(f"{kind}:{KINDS[kind]}").check_usable(find_scenario("es1"))
     assert str(refusal.value).isprintable()
     assert "intrusion" not in sys.modules
 
 
 def test_what_did_the_rest_is_said_by_the_name_where_a_card_may_not(tmp_path):
-    card_beside(tmp_path, controller="learned-weighting", keywords={"decision_period": 4})
+    write_card_of(tmp_path, controller="learned-weighting", keywords={"decision_period": 4})
     (tmp_path / "m.pt").write_bytes(b"")
     found = find_controller(f"torchscript:{tmp_path / 'm.pt'},controller=learned-weighting")
     assert (found.layer_names["weighting"], found.policy.decision_period) == ("learned", 4)
@@ -184,7 +184,7 @@ def test_robots_of_a_policy_understand_those_of_the_layers_beside_it():
         return np.zeros((len(seen), 2), np.float32)
 
     for name in ("ssgikf", "dsgiff"):
-        beside = policy_controller(still, name).language(scenario)
-        assert beside == find_controller(name).language(scenario)
+        language = policy_controller(still, name).language(scenario)
+        assert language == find_controller(name).language(scenario)
     everything = policy_controller(still, learn="everything").language(scenario)
     assert everything is task_of(scenario).raw_control

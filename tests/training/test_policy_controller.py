@@ -206,11 +206,11 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
     mixed = ArrayEnv(scenario, controller=rest, **options)
     mixed.reset(seed=7)
     (seen,), _ = env.env.reset(seed=7)
-    told = made.predict(seen, deterministic=True)[0]
+    predicted = made.predict(seen, deterministic=True)[0]
     still = np.zeros((1, 1, *mixed.action_shape), np.float32)
     mixed.step(still)
     actions = env.env.actions
-    own = actions.form.to_raw(actions.rows(told))[1:, :2]
+    own = actions.form.to_raw(actions.rows(predicted))[1:, :2]
     assert_allclose(mixed.world.robots["command"]["wheels"][0, 1:], own, rtol=1e-5)
     for _ in range(20):
         mixed.step(still)
@@ -244,7 +244,7 @@ def test_what_cannot_be_used_is_refused_by_name(name, why, model, scenario, tmp_
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         (np.full((4, 2), np.nan), r"drive\.speed=nan: .* find what made it: a division by 0"),
         (np.full((4, 2), -np.inf), r"drive\.speed=-inf: .* find what made it: a division by 0"),
@@ -255,7 +255,7 @@ def test_what_cannot_be_used_is_refused_by_name(name, why, model, scenario, tmp_
     ],
     ids=["NaN", "infinite", "ragged", "with gradients", "whole", "wide"],
 )
-def test_actions_that_are_no_numbers_are_refused(scenario, given, told):
+def test_actions_that_are_no_numbers_are_refused(scenario, given, message):
     bad = policy_controller(lambda seen: given)
-    with pytest.raises(ConfigError, match=rf"^policy FunctionPolicy: .*{told}"):
+    with pytest.raises(ConfigError, match=rf"^policy FunctionPolicy: .*{message}"):
         run_episodes(scenario, bad, [1], "kinematic")

@@ -50,15 +50,15 @@ def weights(folder, file=ppo.LATEST):
 
 
 def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
-    said = []
+    lines = []
     experiment = motion()
-    controller = ppo.train(experiment, said.append)
+    controller = ppo.train(experiment, lines.append)
     card = controller.policy.card()
     assert (card.controller, card.keywords.learn) == ("ssgiff", "motion")
     record = card.training
     assert (record.algorithm, record.command) == ("ppo", experiment.command)
     assert record.score.keys() == set(experiment.scenarios)
-    assert any("robot steps/s" in line for line in said)
+    assert any("robot steps/s" in line for line in lines)
     assert list((experiment.out / "tensorboard").iterdir())
     last = ppo.PPOTraining(experiment).curve
     rollout = 2 * 4 * 10 * (2 * 6 + 10)  # twice 4 decisions; two worlds of 6 robots, one of 10
@@ -185,7 +185,7 @@ def test_a_memory_runs_without_torch_as_it_was_trained(network):
 
 
 @pytest.mark.parametrize(
-    ("damage", "says"),
+    ("damage", "message"),
     [
         (lambda arrays: arrays.pop("1.bias"), "array '1.bias' is missing"),
         (lambda arrays: arrays.update({"x.weight": arrays["0.bias"]}), "no such array"),
@@ -193,14 +193,14 @@ def test_a_memory_runs_without_torch_as_it_was_trained(network):
         (lambda arrays: arrays["0.bias"].fill(1.0), "its card is of other weights"),
     ],
 )
-def test_a_damaged_network_is_refused_in_one_line(network, damage, says):
+def test_a_damaged_network_is_refused_in_one_line(network, damage, message):
     file, _ = network
     arrays = {name: array.copy() for name, array in load_file(file).items()}
     damage(arrays)
     save_file(arrays, file)
-    if "card" not in says:
+    if "card" not in message:
         file.with_suffix(".json").unlink()
-    with pytest.raises(ConfigError, match=says):
+    with pytest.raises(ConfigError, match=message):
         ppo.controller_of(file).check_usable(find_scenario("es1"))
 
 

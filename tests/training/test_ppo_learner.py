@@ -226,7 +226,7 @@ def group(terms=TERMS, hidden=(64, 64), **changes):
 
 
 @pytest.mark.parametrize(
-    ("make", "terms", "changes", "told"),
+    ("make", "terms", "changes", "message"),
     [
         (learner_of, TERMS, {**EXCHANGES, "max_cycles": 2}, "0 exchanges in a rollout"),
         (learner_of, replace(TERMS, rows_together=3), {}, "=3: must divide the 8 rows"),
@@ -239,8 +239,8 @@ def group(terms=TERMS, hidden=(64, 64), **changes):
         (remembering, TERMS, EXCHANGES, "some rows count that go together"),
     ],
 )
-def test_what_cannot_be_learned_is_refused(make, terms, changes, told):
-    with pytest.raises(ConfigError, match=told):
+def test_what_cannot_be_learned_is_refused(make, terms, changes, message):
+    with pytest.raises(ConfigError, match=message):
         make(terms, **changes).learn(1, seed=0)
 
 

@@ -141,7 +141,7 @@ def test_a_function_of_a_module_has_a_state_too(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         (np.zeros((4, 2)), "gives a ndarray; with n_state=3 it must give actions and the next"),
         ((np.zeros((4, 2)), np.zeros((4, 2))), r"gives states \(4, 2\) of float64; must be"),
@@ -152,9 +152,9 @@ def test_a_function_of_a_module_has_a_state_too(tmp_path, monkeypatch):
     ],
     ids=["no pair", "wide", "of one robot", "NaN", "too large", "with gradients"],
 )
-def test_states_that_are_none_are_refused(given, told):
+def test_states_that_are_none_are_refused(given, message):
     bad = policy_controller(lambda seen, states: given, n_state=3)
-    with pytest.raises(ConfigError, match=f"^policy FunctionPolicy: .*{told}"):
+    with pytest.raises(ConfigError, match=f"^policy FunctionPolicy: .*{message}"):
         bad.check_usable(find_scenario("es1", NUMBERS))
 
 

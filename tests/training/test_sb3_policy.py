@@ -96,7 +96,7 @@ class Intruder:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (as_torch_saves({"a": Intruder()}), r"its weights cannot be read \(Weights only load"),
         (b"", r"its weights cannot be read \("), (b"junk", r"its weights cannot be read \("),
@@ -107,10 +107,10 @@ class Intruder:
     ],
     ids=["code", "nothing", "junk", "others", "a list", "numbered", "none"],
 )  # fmt: skip
-def test_weights_that_are_none_are_refused_and_nothing_of_them_is_run(file, content, told):
+def test_weights_that_are_none_are_refused_and_nothing_of_them_is_run(file, content, message):
     use(file)
     with_parts(file, policy_pth=content)
-    with pytest.raises(ConfigError, match=told) as refusal:
+    with pytest.raises(ConfigError, match=message) as refusal:
         use(file)
     assert str(refusal.value).startswith(f"policy {file}: ")
 
@@ -136,7 +136,7 @@ def chosen(controller, observed, draws):
     return started.act(observed, draws, np.zeros((len(observed), 0), np.float32))[0]
 
 
-def by_chance(file, observed, draws):
+def stochastic(file, observed, draws):
     return chosen(find_controller(f"sb3:{file},chance=true"), observed, draws)
 
 
@@ -152,7 +152,7 @@ def test_by_chance_an_action_is_its_mean_and_a_draw_times_its_deviation(tmp_path
     made = saved(tmp_path / "m.zip", policy_kwargs={"log_std_init": -1.0})
     observed = observed_by(made)
     mean = made.policy.get_distribution(torch.as_tensor(observed)).mode().detach().numpy()
-    found = by_chance(tmp_path / "m.zip", observed, DRAWS)
+    found = stochastic(tmp_path / "m.zip", observed, DRAWS)
     np.testing.assert_allclose(found, mean + np.exp(-1.0) * DRAWS, atol=1e-6)
 
 
@@ -162,7 +162,7 @@ def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
     made.save(tmp_path / "m.zip")
     observed = np.repeat(observed_by(made)[:1], 1000, axis=0)
     draws = (np.arange(1000.0)[:, None] + 0.5) / 1000.0
-    found = np.bincount(by_chance(tmp_path / "m.zip", observed, draws), minlength=5) / 1000.0
+    found = np.bincount(stochastic(tmp_path / "m.zip", observed, draws), minlength=5) / 1000.0
     shares = made.policy.get_distribution(torch.as_tensor(observed[:1])).distribution.probs
     np.testing.assert_allclose(found, shares.detach().numpy()[0], atol=1e-3)
 
@@ -174,7 +174,7 @@ def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
     with torch.no_grad():
         mean, log_std, _ = made.actor.get_action_dist_params(torch.as_tensor(observed))
     wanted = np.tanh(mean.numpy() + log_std.exp().numpy() * DRAWS)
-    np.testing.assert_allclose(by_chance(tmp_path / "m.zip", observed, DRAWS), wanted, atol=1e-6)
+    np.testing.assert_allclose(stochastic(tmp_path / "m.zip", observed, DRAWS), wanted, atol=1e-6)
 
 
 def test_a_policy_without_a_distribution_cannot_act_by_chance(tmp_path):
@@ -194,7 +194,7 @@ def test_a_file_may_be_named_without_its_ending(file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("n_observed", "action", "told"),
+    ("n_observed", "action", "message"),
     [
         (5, {"_shape": [2]}, r"maps 5 numbers to 2; .*\(learn=motion\) there are 45, and 2\. Say "),
         (45, {"n": 5}, r"to one of 5 choices; .* as in sb3:m.zip,discrete=true$"),
@@ -203,10 +203,10 @@ def test_a_file_may_be_named_without_its_ending(file, tmp_path):
         (225, {"_shape": [10]}, r"It steers all robots at once, and runs in its own environment"),
     ],
 )
-def test_a_refusal_names_the_keyword_that_differs(n_observed, action, told):
+def test_a_refusal_names_the_keyword_that_differs(n_observed, action, message):
     form = PolicyForm([find_scenario("near")], EnvConfig())
     spaces = {"observation_space": {"_shape": [n_observed]}, "action_space": action}
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         _check_spaces("m.zip", SavedModel(policy_kwargs={}, **spaces), form)
 
 
@@ -228,7 +228,7 @@ def test_no_file_can_say_that_it_is_trusted(file, part):
 
 
 @pytest.mark.parametrize(
-    ("part", "value", "told"),
+    ("part", "value", "text"),
     [
         ("policy_class", {"__module__": "elsewhere", "__init__": f"{INIT}Policy.__init__ at"}, CAN),
         ("policy_class", {"__module__": POLICIES}, CAN),
@@ -239,9 +239,9 @@ def test_no_file_can_say_that_it_is_trusted(file, part):
         ("action_space", PICKLED, r"maps \d+ numbers to no;"),
     ],
 )
-def test_a_class_that_is_not_known_is_not_guessed_and_no_pickle_is_opened(file, part, value, told):
+def test_a_class_that_is_not_known_is_not_guessed_and_no_pickle_is_opened(file, part, value, text):
     changed_data(file, **{part: value})
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=text):
         use(file)
 
 
@@ -271,9 +271,9 @@ def test_what_a_model_tells_of_itself_must_be_an_object(file, data):
     refuses(file, "must be what stable-baselines3's model.save")
 
 
-def refuses(file, told):
+def refuses(file, message):
     """The refusal of a file, which is one line of no great length."""
-    with pytest.raises(ConfigError, match=told) as refusal:
+    with pytest.raises(ConfigError, match=message) as refusal:
         use(file)
     assert str(refusal.value).isprintable()
     assert len(str(refusal.value)) < 600
@@ -293,7 +293,7 @@ def test_what_a_model_tells_of_itself_is_of_known_types(file, changes):
 
 
 @pytest.mark.parametrize(
-    ("keywords", "told"),
+    ("keywords", "message"),
     [({"net_arch": 1e9}, "net_arch"), ({"net_arch": [10**7, 10**4]}, "its weights do not fit: pol"),
      ({"net_arch": [2**40]}, "its weights do not fit: policy_kwargs ask"),
      ({"net_arch": {"pi": [64], "vf": [10**6] * 3}}, "its weights do not fit: policy_kwargs ask"),
@@ -306,13 +306,13 @@ def test_what_a_model_tells_of_itself_is_of_known_types(file, changes):
      ({"log_std_init": 1e999}, "log_std_init"), ({"a\nb": 1}, "policy_kwargs.ab: Extra")],
     ids=str,
 )  # fmt: skip
-def test_a_network_is_made_only_where_its_weights_are_there(file, keywords, told):
+def test_a_network_is_made_only_where_its_weights_are_there(file, keywords, message):
     changed_data(file, policy_kwargs=keywords)
-    refuses(file, told)
+    refuses(file, message)
 
 
 @pytest.mark.parametrize(
-    ("keywords", "told"),
+    ("keywords", "message"),
     [({"lstm_hidden_size": 10**6}, "its weights do not fit: policy_kwargs ask"),
      ({"n_lstm_layers": 100}, "its weights do not fit: policy_kwargs ask"),
      ({"n_lstm_layers": 2**40}, "n_lstm_layers"),
@@ -320,11 +320,11 @@ def test_a_network_is_made_only_where_its_weights_are_there(file, keywords, told
      ({"lstm_kwargs": {"proj_size": 2}}, "policy_kwargs.lstm_kwargs: Extra")],
     ids=str,
 )  # fmt: skip
-def test_an_lstm_is_made_only_where_its_weights_are_there(tmp_path, keywords, told):
+def test_an_lstm_is_made_only_where_its_weights_are_there(tmp_path, keywords, message):
     recurrent().save(tmp_path / "m.zip")
     use(tmp_path / "m.zip")
     changed_data(tmp_path / "m.zip", policy_kwargs=keywords)
-    refuses(tmp_path / "m.zip", told)
+    refuses(tmp_path / "m.zip", message)
 
 
 @pytest.mark.parametrize("keywords", [{"net_arch": [{"pi": [8], "vf": [4]}]}, {"net_arch": []}])
@@ -346,7 +346,7 @@ def test_finite_weights_that_no_action_comes_of_are_told_in_a_line(file):
     with_parts(file, policy_pth=as_torch_saves(weights))
     observed = np.ones((4, 45), np.float32)
     with pytest.raises(ConfigError, match=r"m.zip: gives no action \("):
-        by_chance(file, observed, np.zeros((4, 2)))
+        stochastic(file, observed, np.zeros((4, 2)))
 
 
 def test_a_zip_may_be_deflated_and_not_packed_otherwise(file):
@@ -357,14 +357,14 @@ def test_a_zip_may_be_deflated_and_not_packed_otherwise(file):
 
 
 @pytest.mark.parametrize("name", [b"data", b"policy.pth"])
-@pytest.mark.parametrize(("at", "to", "told"), [(8, 1, "encrypted"), (10, 77, "neither stored")])
+@pytest.mark.parametrize(("at", "to", "message"), [(8, 1, "encrypted"), (10, 77, "neither stored")])
 def test_a_member_that_is_encrypted_or_packed_in_an_unknown_way_is_refused(
-    file, name, at, to, told
+    file, name, at, to, message
 ):
     content = bytearray(file.read_bytes())
     content[content.rindex(b"PK\1\2", 0, content.rindex(name)) + at] |= to
     file.write_bytes(content)
-    refuses(file, f"must be what stable-baselines3's .*{told}")
+    refuses(file, f"must be what stable-baselines3's .*{message}")
 
 
 def test_of_flipped_bits_of_a_deflated_zip_none_ends_otherwise(file):
@@ -388,9 +388,9 @@ def peak(call):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("lies", [False, True], ids=["honest", "lies of its size"])
+@pytest.mark.parametrize("false_size", [False, True], ids=["honest", "lies of its size"])
 @pytest.mark.parametrize("name", ["data", "policy.pth"])
-def test_a_member_that_swells_is_refused_before_it_does(file, monkeypatch, name, lies):
+def test_a_member_that_swells_is_refused_before_it_does(file, monkeypatch, name, false_size):
     for limit in ("LARGEST", "MAX_JSON"):
         monkeypatch.setattr(f"training.sb3_policy.{limit}", 2**20)
     with_parts(file, compression=zipfile.ZIP_DEFLATED)
@@ -398,7 +398,7 @@ def test_a_member_that_swells_is_refused_before_it_does(file, monkeypatch, name,
     with_parts(file, **{name.replace(".", "_"): None})
     with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(name, swollen)
-    if lies:
+    if false_size:
         content = file.read_bytes()
         true, told = (struct.pack("<I", size) for size in (len(swollen), 1000))
         file.write_bytes(content.replace(true, told))
@@ -435,14 +435,14 @@ def test_a_model_knows_the_keywords_of_its_training_whatever_it_was_trained_thro
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "text"),
     [(lambda: gym.wrappers.RescaleAction(in_gymnasium(), 0, 1), r"gives actions from \(0.0, 0"),
      (lambda: VecNormalize(env_of()), r"observed situation.*=-0.* in training; .* from 0 to 1"),
      (lambda: VecNormalize(env_of(normalise=False)), "in training; here it is from 0 to inf"),
      (lambda: VecNormalize(env_of(), norm_obs=False), None)],
 )  # fmt: skip
 @pytest.mark.parametrize("algorithm", [functools.partial(PPO, n_steps=8, batch_size=8), SAC])
-def test_what_a_wrapper_changed_is_refused_where_the_zip_shows_it(make, told, algorithm, tmp_path):
+def test_what_a_wrapper_changed_is_refused_where_the_zip_shows_it(make, text, algorithm, tmp_path):
     algorithm("MlpPolicy", make(), seed=0, device="cpu").learn(8).save(tmp_path / "m.zip")
-    with pytest.raises(ConfigError, match=told) if told else contextlib.nullcontext():
+    with pytest.raises(ConfigError, match=text) if text else contextlib.nullcontext():
         use(tmp_path / "m.zip")

@@ -64,9 +64,9 @@ def test_a_gpu_trains_a_motion_in_thousands_of_worlds(made, monkeypatch, layer, 
 
 def test_the_help_lists_the_defaults_of_each_algorithm():
     shown = CliRunner().invoke(train_command.app, ["train", "--help"], env={"COLUMNS": "300"})
-    for told in ("cma: 100, imitation: 10, ppo: 6000000", "cma: 5, imitation: 2, ppo: 1500000",
+    for budgets in ("cma: 100, imitation: 10, ppo: 6000000", "cma: 5, imitation: 2, ppo: 1500000",
                  "cma: 8, imitation: 24, ppo: 8", "ppo on a GPU: 2048"):  # fmt: skip
-        assert told in shown.output
+        assert budgets in shown.output
 
 
 def test_larger_swarms_get_fewer_worlds_and_each_at_least_one():

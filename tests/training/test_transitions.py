@@ -75,9 +75,9 @@ def test_what_was_recorded_is_what_an_environment_shows_and_pays(
     observed, _ = env.reset(seed=[SEED, SEED + 1])
     for tick in range(env.max_cycles):
         assert_array_equal(rows["observation"][:, :, tick], observed)
-        observed, earned, _, truncated, _ = env.step(rows["action"][:, :, tick])
+        observed, rewards, _, truncated, _ = env.step(rows["action"][:, :, tick])
         assert_array_equal(rows["next_observation"][:, :, tick], observed)
-        assert_array_equal(rows["reward"][:, :, tick], earned)
+        assert_array_equal(rows["reward"][:, :, tick], rewards)
         assert (rows["truncated"][:, :, tick] == truncated[:, None]).all()
     assert set(np.unique(rows["seed"][1])) == {SEED + 1}
     assert_array_equal(rows["robot"][0, :, 0], env.learner_numbers)
@@ -118,8 +118,8 @@ def test_a_run_goes_on_and_a_damaged_file_is_recorded_again(record, capsys):
     with pytest.raises(ConfigError, match="not a readable Parquet file"):
         read(folder)
     record(*command)
-    assert "150 transitions" in (told := capsys.readouterr().err)
-    assert "2 episodes to play" in told
+    assert "150 transitions" in (stderr := capsys.readouterr().err)
+    assert "2 episodes to play" in stderr
     assert whole.stat().st_mtime_ns == untouched
     assert damaged.with_name(f"_{damaged.name}{DAMAGED}").is_file()
     after = read(folder)

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.equations.random_draws import normal
 from swarm_forage_env.record import rows as as_rows
-from swarm_forage_env.ticks import BEGINS, only, run_ticks
+from swarm_forage_env.ticks import START, only, run_ticks
 from swarm_forage_env.waypoints.records import GOAL, LIDAR, RobotState, Sighting, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.tick import judge_claim, limited, tick_world, turn_then_go
@@ -88,7 +88,7 @@ def sights(pose, n_robots, streams, **numbers):
         found[name] = 1
     worlds = WorldState.array((len(robots),))
     worlds[:] = np.array(world_with(**numbers))
-    modes, errors = np.full(len(robots), BEGINS, np.int8), np.zeros(len(robots) + 1, np.int64)
+    modes, errors = np.full(len(robots), START, np.int8), np.zeros(len(robots) + 1, np.int64)
     arrays = robots, found, worlds, np.zeros(robots.shape)
     tick = bind(run_ticks, {**only("tick"), "tick_world": tick_world})
     tick(arrays, (), modes, errors, 0, len(robots), 1)

@@ -118,7 +118,7 @@ def make(job: Job) -> Run:
         train_s=watch.curve[-1]["wall_s"],
         curve=watch.curve,
         scores=play(watch.keywords, watch.best, seeds),
-        scores_by_chance=play(watch.keywords, watch.best, seeds, by_chance=True),
+        scores_by_chance=play(watch.keywords, watch.best, seeds, stochastic=True),
         versions=versions(),
     )
 

@@ -91,8 +91,8 @@ class _Watcher(Callback):  # type: ignore[misc]
 
 
 def _acting(policy: TensorDictModuleBase, group: str) -> Act:
-    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
-        how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
+    def act(observations: Array, begins: Bool[Array, " worlds"], stochastic: bool) -> Array:
+        how = ExplorationType.RANDOM if stochastic else ExplorationType.DETERMINISTIC
         worlds, robots = observations.shape[:2]
         seen = TensorDict({"observation": torch.from_numpy(observations)}, [worlds, robots])
         observed = TensorDict({group: seen}, [worlds])

@@ -50,9 +50,9 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
 
 def _acting(agent: Agent) -> Act:
     @torch.no_grad()
-    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
+    def act(observations: Array, begins: Bool[Array, " worlds"], stochastic: bool) -> Array:
         choice = agent.act(rows_of(observations))
-        actions = (choice.sample() if by_chance else choice.mean).clamp(-1.0, 1.0)
+        actions = (choice.sample() if stochastic else choice.mean).clamp(-1.0, 1.0)
         chosen: Array = actions.reshape(*observations.shape[:2], -1).numpy()
         return chosen
 

@@ -113,7 +113,7 @@ def ladder(  # noqa: PLR0913 the options of a command
     spread = find_backend(backend, workers, address=address)
     run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread)
     names = {rung.name for rung in chosen}, {algorithm.name for algorithm in trained}
-    for run in _tell(page, out):
+    for run in _current_runs(page, out):
         if run.rung in names[0] and run.algorithm in names[1]:
             normalised = known[run.rung].normalised(run.score)
             typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
@@ -143,7 +143,8 @@ def defaults(
     rung = read_rungs()["es1"]
     jobs = jobs_of([rung], installed(find_algorithms(DEFAULTS)), seeds, None)
     run_jobs(jobs, out, find_backend("joblib", workers))
-    own = [run for run in _tell(page, out) if run.rung == rung.name and run.algorithm in DEFAULTS]
+    runs = _current_runs(page, out)
+    own = [run for run in runs if run.rung == rung.name and run.algorithm in DEFAULTS]
     Console().print(defaults_table(rung, own))
 
 
@@ -154,7 +155,7 @@ def _check_files(out: Path, page: Path | None) -> None:
     check_file("--out", out, [".parquet"])
 
 
-def _tell(page: Path | None, out: Path) -> "Sequence[Run]":
+def _current_runs(page: Path | None, out: Path) -> "Sequence[Run]":
     """Return the runs of the present configurations; write them for marl-eval and to the page."""
     from swarm_forage_env.atomic_write import write_atomically
     from training.ladder.rungs import find_algorithms, read_rungs

@@ -37,7 +37,7 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     figure, panels = panel_grid(2, 3.0, 3.0)
     over: tuple[Over, Over] = ("robot_steps", "wall_s")
     for axes, name in zip(panels, over, strict=True):
-        drawn = {title_of(algorithm): _curve(own, name) for algorithm, own in groups.items()}
+        drawn = {title_of(algorithm): _curve(group, name) for algorithm, group in groups.items()}
         for title, means in drawn.items():
             draw_band(axes, title, means, styles[title])
         ends = [means.x[-1] for means in drawn.values()]
@@ -77,12 +77,12 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
 def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
     """Return a style for each algorithm, the same on all figures, unless another algorithm has the
     style, or has its colour while others are free."""
-    known, taken, styles = list(read_algorithms()), set[int](), {}
+    known, used, styles = list(read_algorithms()), set[int](), {}
     for name in algorithms:
-        number, colours = known.index(name), {each % len(PALETTE) for each in taken}
-        while number in taken or (number % len(PALETTE) in colours and len(colours) < len(PALETTE)):
+        number, colours = known.index(name), {each % len(PALETTE) for each in used}
+        while number in used or (number % len(PALETTE) in colours and len(colours) < len(PALETTE)):
             number += 1
-        taken.add(number)
+        used.add(number)
         styles[title_of(name)] = nth_style(number)
     return styles
 

@@ -43,7 +43,7 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     return Template(text).substitute(
         command=command,
         cards=_cards(rungs, {run.rung for run in runs}),
-        rungs="\n\n".join(_rung(rung, own) for rung, own in by_rung(rungs, runs)),
+        rungs="\n\n".join(_rung(rung, group) for rung, group in by_rung(rungs, runs)),
         together=_together(rungs, runs),
         defaults=_defaults(rungs, runs),
         made=_made(rungs, runs),
@@ -73,8 +73,8 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     card = rung.card
     parts = [f"### {rung.name}", f"**{card.title}.** {card.hard}"]
     lines = [_reference(rung, name, score) for name, score in rung.scores.items()]
-    best_first = sorted(by_algorithm(runs).values(), key=lambda own: -_score_of(own).value)
-    lines += [_learned(rung, own) for own in best_first]
+    best_first = sorted(by_algorithm(runs).values(), key=lambda group: -_score_of(group).value)
+    lines += [_learned(rung, group) for group in best_first]
     heads = (
         score_word(rung), "score", "normalised", "worst seed", "stochastic", "n", "robot-steps",
         "time of a training",
@@ -92,13 +92,13 @@ def _reference(rung: Rung, name: str, score: Score) -> tuple[str, ...]:
 
 def _learned(rung: Rung, runs: Sequence[Run]) -> tuple[str, ...]:
     """Return the line of an algorithm: interquartile means over the mean scores of its runs."""
-    score, by_chance = _score_of(runs), iqm([[run.score_by_chance for run in runs]])
+    score, stochastic = _score_of(runs), iqm([[run.score_by_chance for run in runs]])
     return (
         f"**{title_of(runs[0].algorithm)}**",
         _with_interval(score.value, score.interval),
         f"{rung.normalised(score.value):.2f}",
         _with_interval(min(run.score for run in runs), None),
-        _with_interval(by_chance.value, by_chance.interval),
+        _with_interval(stochastic.value, stochastic.interval),
         count_noun(len(runs), "seed"),
         _millions(max(run.robot_steps for run in runs)),
         format_duration(statistics.median(run.train_s for run in runs)),

@@ -27,23 +27,23 @@ POINTS = 8  # evaluations of a curve, evenly spread over the robot-steps
 
 
 def play(
-    keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: bool = False
+    keywords: Keywords, act: Act, seeds: Sequence[int], stochastic: bool = False
 ) -> list[float]:
     """Return the score of each seed's episode: round trips of the swarm, or goals of a robot."""
     n_worlds = max(1, ROWS // len(ArrayEnv(**keywords).learners))
     scores: list[float] = []
     for first in range(0, len(seeds), n_worlds):
-        scores += _play_block(keywords, act, seeds[first : first + n_worlds], by_chance)
+        scores += _scores(keywords, act, seeds[first : first + n_worlds], stochastic)
     return scores
 
 
-def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: bool) -> list[float]:
+def _scores(keywords: Keywords, act: Act, seeds: Sequence[int], stochastic: bool) -> list[float]:
     env = ArrayEnv(n_worlds=len(seeds), **keywords)
     observations, _ = env.reset(list(seeds))
     score, is_scored = np.zeros(len(seeds)), np.zeros(len(seeds), np.bool_)
     over = np.ones(len(seeds), np.bool_)
     while not is_scored.all():
-        observations, *_ = env.step(act(observations, over, by_chance))
+        observations, *_ = env.step(act(observations, over, stochastic))
         over = env.is_over
         if over.any():  # with step_on="exchange", the episodes of worlds end at different steps
             score = np.where(is_scored, score, _score(env))
@@ -77,7 +77,7 @@ def random_actions(keywords: Keywords, seed: int = 0) -> Act:
     """Return a policy that draws each action uniformly from the action space."""
     space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
 
-    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
+    def act(observations: Array, begins: Bool[Array, " worlds"], stochastic: bool) -> Array:
         shape = (*observations.shape[:2], *space.shape)  # type: ignore[misc] # never None
         return generator.uniform(space.low, space.high, shape).astype(np.float32)  # type: ignore[union-attr]
 

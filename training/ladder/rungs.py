@@ -78,10 +78,10 @@ class Rung:
 
         Changes of the training scenario do not apply to another test scenario.
         """
-        own = {name: value for name, value in self.keywords.items() if name != "physics"}
+        keywords = {name: value for name, value in self.keywords.items() if name != "physics"}
         if "scenario" in self.card.test:
-            own = {name: value for name, value in own.items() if "." not in name}
-        return {**own, **self.card.test}
+            keywords = {name: value for name, value in keywords.items() if "." not in name}
+        return {**keywords, **self.card.test}
 
     @property
     def test_scenario(self) -> BaseScenario:
@@ -124,11 +124,11 @@ def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
     return {rung.name: rung for rung in sorted(rungs, key=lambda each: each.card.rung)}
 
 
-def find_named(what: str, names: Sequence[str] | None, known: Mapping[str, NamedT]) -> list[NamedT]:
+def find_named(kind: str, names: Sequence[str] | None, known: Mapping[str, NamedT]) -> list[NamedT]:
     """Return the entries of these names, or all. UnknownNameError for an unknown name."""
     for name in names or ():
         if name not in known:
-            raise UnknownNameError(what, name, known)
+            raise UnknownNameError(kind, name, known)
     return [each for name, each in known.items() if not names or name in names]
 
 

@@ -207,7 +207,7 @@ def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:
 def by_rung(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[tuple[Rung, list[Run]]]:
     """Group runs by rung, in the order of the rungs; rungs without runs are left out."""
     pairs = ((rung, [run for run in runs if run.rung == rung.name]) for rung in rungs)
-    return [(rung, own) for rung, own in pairs if own]
+    return [(rung, group) for rung, group in pairs if group]
 
 
 def iqm(strata: Sequence[Sequence[float]]) -> Estimate:
@@ -219,14 +219,14 @@ def iqm(strata: Sequence[Sequence[float]]) -> Estimate:
 
 def strata_of(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[list[float]]:
     """Return the normalised scores of the runs of each rung."""
-    return [[rung.normalised(run.score) for run in own] for rung, own in by_rung(rungs, runs)]
+    return [[rung.normalised(run.score) for run in group] for rung, group in by_rung(rungs, runs)]
 
 
 def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[Estimate, int]]:
     """Return each algorithm's interquartile mean of normalised scores and number of rungs."""
     estimates = {}
-    for algorithm, own in by_algorithm(runs).items():
-        strata = strata_of(rungs, own)
+    for algorithm, group in by_algorithm(runs).items():
+        strata = strata_of(rungs, group)
         estimates[algorithm] = iqm(strata), len(strata)
     return dict(sorted(estimates.items(), key=lambda each: (-each[1][1], -each[1][0].value)))
 
@@ -241,11 +241,11 @@ def improvements(
     """
     groups = by_algorithm(runs)
     probabilities = {}
-    for algorithm, own in groups.items():
-        names = {run.rung for run in own} & {run.rung for run in groups[base]}
+    for algorithm, group in groups.items():
+        names = {run.rung for run in group} & {run.rung for run in groups[base]}
         shared = [rung for rung in rungs if rung.name in names]
         if algorithm != base and shared:
-            strata = strata_of(shared, own), strata_of(shared, groups[base])
+            strata = strata_of(shared, group), strata_of(shared, groups[base])
             probabilities[algorithm] = probability_of_improvement(*strata), len(shared)
     return probabilities
 

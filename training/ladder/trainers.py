@@ -62,12 +62,12 @@ def _acting(policy: BasePolicy) -> Act:
     """Return a policy of stable-baselines3 as an `Act`."""
     states: tuple[Array, ...] | None = None
 
-    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
+    def act(observations: Array, begins: Bool[Array, " worlds"], stochastic: bool) -> Array:
         nonlocal states
         rows = observations.reshape(-1, observations.shape[-1])
         starts = np.repeat(begins, observations.shape[1])
         before = None if begins.all() else states
-        actions, states = policy.predict(rows, before, starts, deterministic=not by_chance)
+        actions, states = policy.predict(rows, before, starts, deterministic=not stochastic)
         return actions.reshape(*observations.shape[:2], *actions.shape[1:])
 
     return act
@@ -99,14 +99,14 @@ def acting(policy: ActorCritic) -> Act:
     states = torch.empty(0)
 
     @torch.no_grad()
-    def act(observations: Array, begins: Bool[Array, " worlds"], by_chance: bool) -> Array:
+    def act(observations: Array, begins: Bool[Array, " worlds"], stochastic: bool) -> Array:
         nonlocal states
         rows = torch.from_numpy(observations).flatten(0, 1)
         if isinstance(policy, RecurrentActorCritic):
             begun = torch.from_numpy(begins.repeat(observations.shape[1]))[:, None]
             before = torch.zeros(len(rows), policy.n_state) if begins.all() else states
             rows = states = policy.next_states(rows, torch.where(begun, 0.0, before))
-        actions = policy(rows) if by_chance else policy.actor(rows)
+        actions = policy(rows) if stochastic else policy.actor(rows)
         chosen: Array = actions.clamp(-1.0, 1.0).reshape(*observations.shape[:2], -1).numpy()
         return chosen
 

@@ -97,11 +97,11 @@ def seconds_in_environment(case: Case, quick: bool) -> tuple[float, float]:
     made = time.perf_counter() - start
     shape = case.n_worlds, len(env.learners), len(env.action_layout)
     actions = env.memory.to_device(np.zeros(shape, np.float32))
-    room = env.step_and_reset(actions).room
+    outputs = env.step_and_reset(actions).outputs
 
     def steps() -> None:
         for _ in range(DECISIONS):
-            env.step_and_reset(actions, room)
+            env.step_and_reset(actions, outputs)
         env.check()  # waits for the GPU
 
     return made, seconds_per_tick(steps, quick) / (DECISIONS * int(env.config.period))
@@ -142,11 +142,11 @@ def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
 def _memory(loop: DeviceLoop, rows: int) -> Measured:
     """Return the time share of each stage and the memory traffic, from events of the GPU."""
     seconds = stage_seconds(loop)
-    whole, n_bytes = sum(seconds.values()), sum(loop.traffic.values())
+    total, n_bytes = sum(seconds.values()), sum(loop.traffic.values())
     card = card_bandwidth(usable_gpu().get_current_device())
-    bandwidth = n_bytes / whole if whole > 0.0 else None
+    bandwidth = n_bytes / total if total > 0.0 else None
     return {
-        "shares": {stage: each / whole for stage, each in seconds.items() if whole > 0.0},
+        "shares": {stage: each / total for stage, each in seconds.items() if total > 0.0},
         "bytes_per_robot_step": n_bytes / rows,
         "bandwidth": bandwidth,
         "share_of_card": bandwidth / card if bandwidth and card else None,

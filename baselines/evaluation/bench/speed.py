@@ -10,7 +10,7 @@ from pymunk.batch import Buffer, get_space_bodies, set_space_bodies
 from baselines.evaluation.bench.cases import Case, Measured, Tick, uniform_poses
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
-from swarm_forage_env.physics.rigid import READ, WRITTEN, space_of
+from swarm_forage_env.physics.rigid import TO_READ, TO_WRITE, space_of
 from swarm_forage_env.ticks import STAGES
 
 
@@ -24,11 +24,11 @@ def bare_pymunk(case: Case) -> Tick:
 
     def tick() -> None:
         for space, buffer, read in zip(spaces, buffers, reads, strict=True):
-            set_space_bodies(space, WRITTEN, buffer)
+            set_space_bodies(space, TO_WRITE, buffer)
             for _ in range(SUBSTEPS):
                 space.step(scenario.tick / SUBSTEPS)
             read.clear()
-            get_space_bodies(space, READ, read)
+            get_space_bodies(space, TO_READ, read)
 
     return tick
 
@@ -109,6 +109,6 @@ def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
             start = time.perf_counter()
             loop.run_stages(name)
             spent[name] += time.perf_counter() - start
-    whole = time.perf_counter() - begin
-    shares = {name: seconds / whole for name, seconds in spent.items()}
+    wall = time.perf_counter() - begin
+    shares = {name: seconds / wall for name, seconds in spent.items()}
     return shares | {"rest": max(0.0, 1.0 - sum(shares.values()))}

@@ -30,21 +30,21 @@ CELL = 0.02  # approximate side of a cell [m]; the cells fill the arena
 
 
 @dataclass(frozen=True)
-class Shown:
+class PathDensity:
     """The episode of one panel."""
 
     setup: str
     controller: str  # its label
     seed: int
     density: Density
-    is_kept: bool = False  # the density is that of a trajectory file
+    is_stored: bool = False  # the density is that of a trajectory file
 
 
 @figure("paths", *SELECTION, "seed")
 def draw(options: PlotOptions) -> Figure:
     """Draw a map for each group of a dataset, or for each controller of SCENARIO CONTROLLER..."""
     is_dataset = Path(options.sources[0]).is_dir()
-    shown = list(_evaluated(options) if is_dataset else _asked(options))
+    shown = list(_evaluated(options) if is_dataset else _of_controllers(options))
     setups = {each.setup for each in shown}
     note = f"one episode each, seed {', '.join(sorted({str(each.seed) for each in shown}))}"
     if len(setups) == 1:
@@ -53,7 +53,7 @@ def draw(options: PlotOptions) -> Figure:
         each.controller if len(setups) == 1 else f"{each.setup}\n{each.controller}": each.density
         for each in shown
     }
-    made = "as evaluated" if all(each.is_kept for each in shown) else "run for this figure"
+    made = "as evaluated" if all(each.is_stored for each in shown) else "run for this figure"
     text = (
         f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}. The"
         " frame has the colour of the controller."
@@ -61,7 +61,7 @@ def draw(options: PlotOptions) -> Figure:
     return density_panels(densities, options.caption(text, note=note))
 
 
-def _evaluated(options: PlotOptions) -> Iterator[Shown]:
+def _evaluated(options: PlotOptions) -> Iterator[PathDensity]:
     """Yield the first episode of every group, or the one with the chosen seed."""
     for group in options.foraging_groups:
         seeds = [episode.seed for episode in group.episodes]
@@ -72,15 +72,15 @@ def _evaluated(options: PlotOptions) -> Iterator[Shown]:
             )
         named = group.setup(), group.label(), seed
         if trajectory := find_trajectory(options.sources, group.key, seed):
-            density = _density(group.model(), group.label(), _kept_places(trajectory))
-            yield Shown(*named, density, is_kept=True)
+            density = _density(group.model(), group.label(), _stored_places(trajectory))
+            yield PathDensity(*named, density, is_stored=True)
         else:
             _check_same_code(group)
             trips = group.episodes[seeds.index(seed)].round_trips
             yield _run(group.configuration(), *named, trips)
 
 
-def _asked(options: PlotOptions) -> Iterator[Shown]:
+def _of_controllers(options: PlotOptions) -> Iterator[PathDensity]:
     scenario, *controllers = options.sources
     if not controllers or {"scenario", "controller"} & options.choices.keys():
         raise ConfigError(
@@ -108,7 +108,7 @@ def _check_same_code(group: EpisodeGroup) -> None:
         )
 
 
-def _kept_places(file: Path) -> Iterator[Array]:
+def _stored_places(file: Path) -> Iterator[Array]:
     """Yield the positions (x, y) of all robots after all ticks [m], as one array."""
     table = read_trajectory(file)
     places = np.stack([table["x"].to_numpy(), table["y"].to_numpy()], axis=1)
@@ -117,7 +117,7 @@ def _kept_places(file: Path) -> Iterator[Array]:
 
 def _run(
     of: ExperimentConfig, setup: str, label: str, seed: int, trips: int | None = None
-) -> Shown:
+) -> PathDensity:
     """Run an episode; ConfigError if its round trips differ from `trips`."""
     LOGGER.warning("running %s, %s, seed %d", setup, label, seed)
     loop = Loop(of.scenario, of.controller, [seed], of.physics)
@@ -134,7 +134,7 @@ def _run(
             f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made"
             " with other libraries or on another machine; evaluate into another folder"
         )
-    return Shown(setup, label, seed, density)
+    return PathDensity(setup, label, seed, density)
 
 
 def _density(scenario: Scenario, controller: str, every: Iterable[Array]) -> Density:

@@ -60,19 +60,19 @@ ${policy_fields}    int64_t number;
 
 int swarm_run(int64_t *result, void **error, void *robots, void *minds, void *memories,
               const void *nothing, const void *settings,${policy_taken}
-              int64_t robot, int64_t asked, int64_t seed);
+              int64_t robot, int64_t operation, int64_t seed);
 
 _Static_assert(sizeof(controller_readings_t) == READINGS_SIZE, "readings are laid out as C does");
 _Static_assert(sizeof(controller_payload_t) == PAYLOAD_SIZE, "payloads are laid out as C does");
 
 static inline size_t controller_size(void) { return sizeof(controller_t); }
 
-static inline int controller_run(controller_t *self, int64_t asked, int64_t seed) {
+static inline int controller_run(controller_t *self, int64_t operation, int64_t seed) {
     int64_t result = 0;
     void *error = 0;
     int failed = swarm_run(&result, &error, self->robots, self->minds, self->memories,
                            controller_settings, controller_settings,${policy_given}
-                           self->number, asked, seed);
+                           self->number, operation, seed);
     return failed || result != 0;
 }
 

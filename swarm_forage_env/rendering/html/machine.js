@@ -148,8 +148,8 @@ function drive({ robot, wheels, ticks }) {
   plan.columns.forEach((name, k) => {
     now[name] = columns.slice(k * world.robots, (k + 1) * world.robots);
   });
-  const frame = Math.floor(world.done / plan.every), isNew = frame !== world.told;
-  world.told = frame;
+  const frame = Math.floor(world.done / plan.every), isNew = frame !== world.sent;
+  world.sent = frame;
   return {
     now,
     time: world.done * plan.tick,

@@ -30,7 +30,7 @@ def made_up():
         return scene_of(
             rng.uniform(-3.0, 3.0, (3, 3)),
             time=0.1 * tick,
-            doing=rng.integers(0, 5, 3).astype(np.int8),
+            activity=rng.integers(0, 5, 3).astype(np.int8),
             believed=np.where(known[:, :, None], rng.uniform(-9.0, 9.0, (3, 2, 2)), 0.0),
             known=known,
             p=np.where(known, rng.uniform(0.0, 40.0, (3, 2)), 0.0).astype(np.float32),

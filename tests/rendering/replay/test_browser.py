@@ -164,7 +164,7 @@ def test_scrubbing_moves_time_and_robots(page, scenes, tick):
     assert page.locator("#trips").inner_text() == str(scenes[tick].total)
     assert page.locator("#on-path").inner_text() == f"{100 * scenes[tick].on_path:.0f}%"
     counts = [int(text) for text in page.locator("#legend b").all_inner_texts()]
-    assert counts == np.bincount(scenes[tick].doing, minlength=5).tolist()
+    assert counts == np.bincount(scenes[tick].activity, minlength=5).tolist()
 
 
 def test_between_two_frames_robots_are_between_two_places(page, scenes):
@@ -228,11 +228,11 @@ def test_a_picture_shows_areas_and_robots_where_they_are(opened, scenes, stage, 
         back = 0.55 * stage.robot_radius
         tails = np.stack([x - back * np.cos(heading), y - back * np.sin(heading)], axis=1)
         above = y > 0.0  # below are the names of areas
-        for colour, doing in zip(
-            pixels(page, tails[above]), scenes[tick].doing[above], strict=True
+        for colour, activity in zip(
+            pixels(page, tails[above]), scenes[tick].activity[above], strict=True
         ):
-            assert alike(colour, brightness * np.array(palette.DOING[int(doing)]))
-            seen.add(int(doing))
+            assert alike(colour, brightness * np.array(palette.ROBOT[int(activity)]))
+            seen.add(int(activity))
     assert len(seen) >= 3
 
 
@@ -303,7 +303,7 @@ def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
 def compared(stage, scenes, busy, tmp_path_factory):
     """A replay of two swarms from 60 s on, and the scenes of the second."""
     others = scenes_of(Loop(busy, find_controller("nc"), [1]), len(scenes) - 1)
-    opening = Opening(start=60.0, speed=20.0, select=3, beside="nc", colours=COLOURS)
+    opening = Opening(start=60.0, speed=20.0, select=3, second_controller="nc", colours=COLOURS)
     replay = Replay(stage, 1, "", opening=opening)
     for first, second in zip(scenes[400:], others[400:], strict=True):
         replay.add(first)
@@ -325,11 +325,11 @@ def test_two_swarms_play_side_by_side(opened, compared, scenes, stage):
     aspect = boxes[0]["width"] / boxes[0]["height"]
     assert aspect == pytest.approx(stage.length / stage.width, rel=0.05), "no gaps"
     scrub(page, 120)
-    told = page.locator("#trips span").all_inner_texts()
-    assert told == [str(each[1200].total) for each in (scenes, others)]
+    words = page.locator("#trips span").all_inner_texts()
+    assert words == [str(each[1200].total) for each in (scenes, others)]
     for which, own in enumerate((scenes, others)):
         counts = page.locator(f"#legend b.swarm-{which}").all_inner_texts()
-        assert list(map(int, counts)) == np.bincount(own[1200].doing, minlength=5).tolist()
+        assert list(map(int, counts)) == np.bincount(own[1200].activity, minlength=5).tolist()
         page.evaluate(f"view.swarm = {which}")
         assert places(page) == pytest.approx(own[1200].pose[:, :2], abs=0.001)
     page.evaluate("view.swarm = 0")
@@ -488,7 +488,7 @@ def test_a_browser_too_old_and_a_damaged_file_are_told(opened, file):
     start = text.index(">", text.index('id="recording-0"')) + 1
     damaged.write_text(text[: start + 400] + text[start + 800 :])
     too_old = {"before": "delete window.DecompressionStream"}
-    for given, told in ((too_old, "too old"), ({"path": damaged}, "cannot be read")):
+    for given, words in ((too_old, "too old"), ({"path": damaged}, "cannot be read")):
         notice = opened(**given, loads=False).get_by_role("alert")
         notice.wait_for()
-        assert told in notice.inner_text()
+        assert words in notice.inner_text()

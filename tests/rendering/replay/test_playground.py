@@ -87,9 +87,9 @@ def test_an_address_chooses_seed_and_numbers(opened, file, address):  # noqa: F8
     numbers, changes = CHOSEN[address]
     assert page.evaluate("view.time") == 300
     assert page.evaluate(TRIPS) == trips_here(1, numbers, changes)
-    told = shlex.split(page.evaluate("element('command').textContent"))
-    assert told[:3] == ["swarm-forage", "evaluate", "es1"]
-    assert {f"{name}={value}" for name, value in numbers.items()} <= {*told}
+    command_line = shlex.split(page.evaluate("element('command').textContent"))
+    assert command_line[:3] == ["swarm-forage", "evaluate", "es1"]
+    assert {f"{name}={value}" for name, value in numbers.items()} <= {*command_line}
     assert page.evaluate("arena.robotNear(...arena.place(robotAt(4).x, robotAt(4).y))") == 4
 
 
@@ -161,7 +161,7 @@ def test_the_page_draws_the_scene_of_a_moment(page):
         "x": scene.pose[:, 0],
         "y": scene.pose[:, 1],
         "heading": scene.pose[:, 2],
-        "doing": scene.doing,
+        "doing": scene.activity,
         "known": scene.known[:, NEST] + 2 * scene.known[:, PREY],
         "trips": scene.round_trips,
         "nestX": scene.believed[:, NEST, 0],

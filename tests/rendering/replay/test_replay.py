@@ -54,8 +54,8 @@ def test_a_page_names_all_it_shows_and_names_cannot_break_out_of_their_place(sta
     about, _ = parts(page)
     assert (about["controller"], about["command"]) == (name, name)
     for tag in ("title", "h1"):
-        told = re.search(f"<{tag}>(.*?)</{tag}>", page)[1]
-        assert html.unescape(told) == f"es1 · {name} · seed 1"
+        text = re.search(f"<{tag}>(.*?)</{tag}>", page)[1]
+        assert html.unescape(text) == f"es1 · {name} · seed 1"
     assert page.count("</script>") == 3
     assert "<b>" not in page
 
@@ -121,7 +121,7 @@ def check_columns(columns, scenes):
         true = stacked(scenes, lambda s, axis=axis: s.pose[:, axis])
         assert_allclose(columns[name], true, atol=0.00051)
     assert apart(columns["heading"], stacked(scenes, lambda s: s.pose[:, 2])).max() < 0.0031
-    assert_array_equal(columns["doing"], stacked(scenes, lambda s: s.doing))
+    assert_array_equal(columns["doing"], stacked(scenes, lambda s: s.activity))
     assert_array_equal(columns["trips"], stacked(scenes, lambda s: s.round_trips))
     for area, name in enumerate(("nest", "prey")):
         known = stacked(scenes, lambda s, area=area: s.known[:, area])

@@ -99,12 +99,12 @@ def drive(robot, world):
 @row_template
 def tick_world(world_arrays, errors, w, n, n_moving):
     """One tick of the n robots of a world; where none are moving it begins, and all sense only."""
-    robots, worlds, earned = world_arrays
+    robots, worlds, rewards = world_arrays
     if n_moving > 0:
         worlds[w].ticks += 1
     for i in range(n_moving):
         drive(robots[w, i], worlds[w])
-        earned[w, i] += robots[w, i].reward
+        rewards[w, i] += robots[w, i].reward
     for i in range(n):
         sense(robots[w, i], worlds[w])
 
@@ -130,7 +130,7 @@ class PatrolWorld(World):
 
     @property
     def arrays(self):
-        return self.robots, self.worlds, self.earned
+        return self.robots, self.worlds, self.rewards
 
     @property
     def functions(self):
