@@ -59,7 +59,7 @@ def list_as(example: str) -> Callable[[Any, ValidationInfo], Any]:
             return json.loads(given if given.lstrip().startswith("[") else f"[{given}]")
         except json.JSONDecodeError:
             name = info.field_name
-            raise ValueError(f"{name}={given}: must be a list in JSON, as {example}") from None
+            raise ValueError(f"{name}={given}: must be a list in JSON, such as {example}") from None
 
     return from_text
 
@@ -173,7 +173,7 @@ def resolve(name: str, paths: Collection[str], kind: str) -> str:
     if len(same_leaf) == 1:
         return same_leaf[0]
     if same_leaf:
-        raise ConfigError(f"{kind} '{name}' is ambiguous: say {' or '.join(same_leaf)}")
+        raise ConfigError(f"{kind} '{name}' is ambiguous; write {' or '.join(same_leaf)}")
     raise UnknownNameError(kind, name, paths)
 
 

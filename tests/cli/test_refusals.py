@@ -23,7 +23,7 @@ ON_GPU = "--device=cuda", "--physics=kinematic"
 REFUSED = [
     (("evaluate", "es4", "nc"), "named 'es4', did you mean 'es1', 'es2' or 'es3'?"),
     (("evaluate", "nc", "es1"), "'nc': it is a controller, and the scenario comes first"),
-    (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; one is run"),
+    (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; only one is run"),
     (("evaluate", "missing.toml", "nc"), "scenario file missing.toml: No such file or directory"),
     (("evaluate", "mine.yaml", "nc"), "scenario file mine.yaml: must be TOML, under a name that"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),

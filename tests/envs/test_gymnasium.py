@@ -153,7 +153,7 @@ def test_no_step_before_the_first_reset_nor_after_the_end():
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
         (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
         (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
-        (JOINT, torch.zeros(6, requires_grad=True), r"requires grad.* give numbers of float32"),
+        (JOINT, torch.zeros(6, requires_grad=True), r"requires grad.* use float32 for continuous"),
         (TUPLE, (0, 4, 9), r"epuck_2: .*9.*: must be a whole number from 0 to 8"),
         (TUPLE, [True] * 3, r"epuck_0: .*: must be a whole number from 0 to 8"),
     ],
@@ -176,9 +176,9 @@ def test_nothing_is_drawn_without_a_mode():
     with pytest.raises(ResetNeeded, match="call reset"):
         swarm.render()
     swarm.reset(seed=0)
-    with pytest.raises(ConfigError, match="give render_mode='human', 'rgb_array' or 'ansi'"):
+    with pytest.raises(ConfigError, match="set render_mode='human', 'rgb_array' or 'ansi'"):
         swarm.render()
-    with pytest.raises(ConfigError, match=r"^render_mode='ansi': this API draws .* parallel_env"):
+    with pytest.raises(ConfigError, match=r"^render_mode='ansi': this interface .* parallel_env"):
         ArrayEnv("es1", render_mode="ansi")
 
 

@@ -203,7 +203,7 @@ def test_what_is_no_observation_is_refused(observation, error, says):
         (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .*of -3.14159 to"),
         (7.0, ConfigError, "compass: is 7.0 for learner 0 of world 0"),
         (None, ValueError, "read-only"),
-        ("", ConfigError, "Broken: `write` returned numbers, must write them into `out`"),
+        ("", ConfigError, "Broken: `write` returned a value, must write features into"),
     ],
 )
 def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, error, says):
@@ -225,7 +225,7 @@ def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, er
     [
         (lambda: Feature("x", "m", 1.0, 0.0), "feature x: low=1.0 must be at most 0.0"),
         (lambda: Feature("x", "m", 0.0, 1.0, scale=0.0), "feature x: scale=0.0 must be above 0"),
-        (lambda: [Feature("x", "m", -9.0, np.inf)], "tell no typical size; give the feature"),
+        (lambda: [Feature("x", "m", -9.0, np.inf)], "give no typical size; give the feature"),
         (lambda: "x", "observation Broken: features gave 'x', must be a list of Feature"),
     ],
 )

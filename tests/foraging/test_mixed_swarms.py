@@ -97,7 +97,7 @@ def test_worlds_in_which_other_robots_understand_each_other_are_refused():
 
 
 def test_an_oracle_drives_no_robots_among_others():
-    with pytest.raises(ConfigError, match="'global': drives whole swarms only"):
+    with pytest.raises(ConfigError, match="'global': controls whole swarms only"):
         Loop(busy(), mixed(named("dsgiff"), REFERENCES["global"]), [4])
 
 

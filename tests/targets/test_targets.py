@@ -356,5 +356,5 @@ def test_a_swarm_that_a_chip_has_no_room_for_is_refused(tmp_path):
 def test_only_one_world_of_a_compiled_loop_goes_elsewhere():
     scenario = find_scenario("es1")
     for seeds, physics in (([0, 1], "kinematic"), ([0], "rigid")):
-        with pytest.raises(ConfigError, match="one world with the engine 'kinematic'"):
+        with pytest.raises(ConfigError, match="one world under physics='kinematic'"):
             memory_of(Loop(scenario, find_controller("nc"), seeds, physics))

@@ -12,7 +12,7 @@ class PatrolTask(BaseTask):
     n_robots: Count = Field(4, description="Robots (chosen)")
     duration: Positive = Field(60.0, description="Length of an episode [s] (chosen)")
     distance: Positive = Field(0.3, description="From the origin to each place [m] (chosen)")
-    radius: Positive = Field(0.05, description="A place is reached within this [m] (chosen)")
+    radius: Positive = Field(0.05, description="Distance at which a place is reached [m] (chosen)")
 
 
 class PatrolScenario(BaseScenario):
