@@ -219,7 +219,8 @@ class Localisation(Parameters):
     kernels: ClassVar[Mapping[str, Kernel]]
     setting: Literal["authors", "corrected"] = Field(
         "corrected",
-        description="What made the paper's figures (waypoints only), or textbook filters (chosen)",
+        description="Filters: those of the paper's figures (waypoints only), or of textbooks"
+        " (chosen)",
     )
 
     def layer(self, scenario: Scenario | WaypointsScenario) -> EstimatorLayer:
@@ -231,7 +232,7 @@ class Localisation(Parameters):
             return self.waypoints_layer(scenario)
         if self.setting != "corrected":
             raise ConfigError(
-                f"setting='{self.setting}': is of robots that visit waypoints, not of"
+                f"setting='{self.setting}': is for robots that visit waypoints, not for"
                 f" {scenario.name}; leave it out"
             )
         return self.foraging_layer(scenario)

@@ -241,20 +241,20 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
 
     weighs_unknown: bool = Field(
         False,
-        description="The estimate of an area that the robot does not know is copied if the"
-        " weighting gives it at least one half; false: if a second witness confirms it (chosen)",
+        description="Whether the estimate of an area that the robot does not know is copied if"
+        " its weight is at least one half; false: if a second witness confirms it (chosen)",
     )
     slack: NotNegative = Field(
-        0.3, description="A received estimate may be this far off and be right [m] (chosen)"
+        0.3, description="Largest error at which a received estimate counts as right [m] (chosen)"
     )
     drift: NotNegative = Field(
-        0.05, description="And this much farther for each metre travelled since (chosen)"
+        0.05, description="Growth of this error for each metre travelled since (chosen)"
     )
     sure_within: NotNegative = Field(
         4.0,
-        description="An estimate is judged by the own place of the area within this path from the"
-        " area [m] (chosen)",
+        description="Path from an area within which its own place of it judges received"
+        " estimates [m] (chosen)",
     )
     remembers_within: NotNegative = Field(
-        12.0, description="What was told is remembered for this path [m] (chosen)"
+        12.0, description="Path for which received estimates are remembered [m] (chosen)"
     )

@@ -81,5 +81,6 @@ class ScepticalOdometryParameters(SocialOdometryParameters):
 
     agreement: NotNegative = Field(
         0.3,
-        description="Two robots agree that place an area within this of each other [m] (chosen)",
+        description="Largest distance between two reported places of an area that confirm each"
+        " other [m] (chosen)",
     )

@@ -142,51 +142,51 @@ class SocialOdometryParameters(Parameters):
     kernels: ClassVar[Mapping[str, Kernel]] = KERNELS
     own_rule: ClassVar[SGIKF | Covariance] = SGIKF()
 
-    speaks: bool = Field(True, description="Broadcast at all; false for no communication")
+    speaks: bool = Field(True, description="Whether robots broadcast; false: no communication")
     double: bool = Field(
         False,
-        description="Exchange both areas; false: tell where it comes from, correct where it goes."
-        " TR 6.1 (published)",
+        description="Whether both areas are exchanged; false: a robot reports the one that it"
+        " comes from, and corrects the one that it heads for. TR 6.1 (published)",
     )
     first_hand: bool = Field(
         True,
-        description="Tell of an area only having stood on it since last lost; false: pass on what"
-        " was told as well. TR 4.1 (published)",
+        description="Whether a robot reports an area only if it has stood on it since it was"
+        " last lost; false: it passes on received estimates, too. TR 4.1 (published)",
     )
     message_path: NotNegative = Field(
         0.0,
-        description="What is heard counts as if its sender had gone this much farther, for a"
-        " message costs precision too [m]. 0: TR 4.2 (published)",
+        description="Path added to that of a received estimate, because a message costs"
+        " precision, too [m]. 0: TR 4.2 (published)",
     )
     tells_within: NotNegative = Field(
         0.0,
-        description="Knowing both areas, it tells of one only while its own p is at most this [m];"
-        " 0: always, as in TR 5.2 (published)",
+        description="Largest own p at which a robot that knows both areas reports one [m]; 0: it"
+        " always does, as in TR 5.2 (published)",
     )
     listens_above: NotNegative = Field(
         0.0,
-        description="It stops for estimates of an area that it knows only while its own p of it"
-        " is at least this [m]; 0: always, as in TR 5.2 (published)",
+        description="Smallest own p at which a robot stops for estimates of an area that it"
+        " knows [m]; 0: it always does, as in TR 5.2 (published)",
     )
     payload: Literal["float32", "int16", "int8"] = Field(
         "float32",
-        description="Distance, direction and p are sent as words of this many bits, rounded, as a"
-        " board sends them. Not in the papers (chosen)",
+        description="Type of the words that hold distance, direction and p in a message, rounded"
+        " as on a board. Not in the papers (chosen)",
     )
     refractory: NotNegative = Field(
-        20.0, description="A partner is not talked to again for this long [s] (derived)"
+        20.0, description="Time before a robot talks to the same partner again [s] (derived)"
     )
     pause: NotNegative = Field(
-        15.0, description="After an exchange nobody is listened to for this long [s] (derived)"
+        15.0, description="Time after an exchange in which a robot listens to nobody [s] (derived)"
     )
     deaf_when_lost: NotNegative = Field(
-        5.0, description="A robot that got lost ignores messages for this long [s] (derived)"
+        5.0, description="Time for which a robot that got lost ignores messages [s] (derived)"
     )
     lost_within: Positive = Field(
-        0.05, description="This near to the believed centre is there [m] (derived)"
+        0.05, description="Distance from the believed centre that counts as there [m] (derived)"
     )
     overshoot: NotNegative = Field(
-        0.18, le=1.0, description="Being there, it looks straight on for this path [m] (derived)"
+        0.18, le=1.0, description="Path of the search straight ahead there [m] (derived)"
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:

@@ -206,7 +206,7 @@ def _check_room(exported: ExportedRobot, weight: Weight) -> None:
     for what, takes in takes_of.items():
         if takes > (room := CHIP[what]):
             raise ConfigError(
-                f"controller '{exported.name}' takes {takes} bytes of {what} in scenario"
-                f" '{exported.scenario.name}', and an STM32F407 has {room}; fewer robots take less:"
+                f"controller '{exported.name}' needs {takes} bytes of {what} in scenario"
+                f" '{exported.scenario.name}', but an STM32F407 has {room}; use fewer robots:"
                 " --set task.n_robots=50"
             )

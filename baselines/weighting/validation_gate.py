@@ -51,10 +51,10 @@ class ValidationGate(Parameters):
     """
 
     slack: NotNegative = Field(
-        0.2, description="Width of the gate of two robots that just left the area [m] (chosen)"
+        0.2, description="Width of the gate for robots that just left the area [m] (chosen)"
     )
     drift: NotNegative = Field(
-        0.05, description="What the gate widens by for each metre travelled since (chosen)"
+        0.05, description="Growth of the gate's width for each metre travelled since (chosen)"
     )
 
     def layer(self, scenario: Scenario) -> WeightingLayer:

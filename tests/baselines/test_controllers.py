@@ -195,7 +195,7 @@ def test_robots_tell_words_where_the_payload_says_so():
     [("message_path", 1.0), ("tells_within", 1.0), ("listens_above", 1.0), ("payload", "int8")],
 )
 def test_where_a_covariance_is_told_no_path_can_be_set_or_rounded(name, value):
-    with pytest.raises(ConfigError, match=f"{name}: is of paths"):
+    with pytest.raises(ConfigError, match=f"{name}: applies to path lengths"):
         override(SIKFParameters(), {name: value})
 
 
@@ -203,7 +203,7 @@ def test_where_a_covariance_is_told_no_path_can_be_set_or_rounded(name, value):
                                   "dead_reckoning"])  # fmt: skip
 def test_the_authors_setting_is_refused_where_robots_forage(name):
     made = ESTIMATORS[name](setting="authors")
-    with pytest.raises(ConfigError, match="setting='authors': is of robots that visit waypoints"):
+    with pytest.raises(ConfigError, match="setting='authors': is for robots that visit waypoints"):
         made.layer(find_scenario("es1"))
     assert made.layer(find_scenario("waypoints-05")) is not None
     assert ESTIMATORS[name]().setting == "corrected"

@@ -36,7 +36,7 @@ def test_a_package_runs_as_it_stands(command, tmp_path, monkeypatch, kind):
         sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder
     )
     status, _, stderr = command("new", kind, "own_part")
-    assert (status, "is there already" in stderr) == (2, True), "nothing is overwritten"
+    assert (status, "exists already" in stderr) == (2, True), "nothing is overwritten"
 
 
 @pytest.mark.parametrize("kind", KINDS)

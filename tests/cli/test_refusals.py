@@ -42,14 +42,14 @@ REFUSED = [
     ((*EVALUATE, "--episodes", "0"), "--episodes=0: must be at least 1"),
     ((*EVALUATE, "--workers", "0"), "--workers=0: must be at least 1"),
     ((*EVALUATE, "--threads", "0"), "--threads=0: must be at least 1"),
-    ((*EVALUATE, "--address", "auto"), "--address=auto: is for --backend ray"),
+    ((*EVALUATE, "--address", "auto"), "--address=auto: needs --backend ray"),
     ((*EVALUATE, "--backend", "dask"), "'--backend': 'dask' is not one of 'joblib', 'ray'"),
     ((*EVALUATE, "--device", "cuda"), "--device=cuda: the engine rigid runs on a CPU only"),
     ((*EVALUATE, *ON_GPU), "--device='cuda': needs numba-cuda; pip install"),
     ((*EVALUATE, *ON_GPU, "--workers=2"), "--workers=2: spreads worlds over CPUs; leave it out"),
     ((*EVALUATE, *ON_GPU, "--threads=2"), "--threads=2: spreads worlds over CPUs; leave it out"),
     ((*EVALUATE, *ON_GPU, "--backend=ray"), "--backend=ray: spreads worlds over CPUs; leave it"),
-    ((*EVALUATE, *ON_GPU, "--trajectories"), "--trajectories: are recorded on a CPU; leave out"),
+    ((*EVALUATE, *ON_GPU, "--trajectories"), "--trajectories: are recorded on a CPU only; leave"),
     ((*EVALUATE, "--device", "tpu"), "'--device': 'tpu' is not one of 'cpu', 'cuda'"),
     ((*EVALUATE, "--seed", str(2**64 - 1)), "must be a whole number from 0 to 2^64 - 1"),
     ((*EVALUATE, "--out", "taken"), "--out taken: cannot be written"),
@@ -84,8 +84,8 @@ REFUSED = [
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),
-    (("new", "weighting", "sgikf"), "name 'sgikf': a weighting rule has that name; take another"),
-    (("new", "task", "foraging"), "name 'foraging': a task has that name; take another one"),
+    (("new", "weighting", "sgikf"), "name 'sgikf': a weighting rule has that name; choose another"),
+    (("new", "task", "foraging"), "name 'foraging': a task has that name; choose another"),
     (("benchmark", "ladder", "--rung=nea"), "no rung named 'nea'"),
     (("benchmark", "ladder", "--seeds=0", "--page=ladder.txt"), "must end in .md"),
 ]
@@ -137,7 +137,7 @@ def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told
 @pytest.mark.parametrize(
     ("fault", "told"),
     [
-        (BrokenProcessPool("a process"), "a worker was ended from outside"),
+        (BrokenProcessPool("a process"), "a worker process was killed; the"),
         (OSError(28, "No space left on device", "x"), ": No space left on device: 'x'"),
     ],
 )
@@ -152,7 +152,7 @@ def test_what_goes_wrong_on_the_way_gets_one_line(command, monkeypatch, fault, t
     assert len(stderr.splitlines()) == 2, "the run had begun with a line of its own"
 
 
-HERE = ": must be a file or folder of this machine; write it here, then copy it to the address"
+HERE = ": must be a file or folder on this machine; write it here, then copy it to the address"
 
 FILES = [
     (*EVALUATE, "--plot"),
@@ -171,9 +171,9 @@ FILES = [
 
 
 READ = [
-    (("plot", "boxplot", "{}", "--out=x.png"), "must be a folder of this machine; copy"),
+    (("plot", "boxplot", "{}", "--out=x.png"), "must be a folder on this machine; copy"),
     (("plot", "paths", "{}", "--out=x.png"), "must be the folder of a dataset, or a scenario"),
-    ((*EVALUATE, "--trajectories", "--out={}"), "need a folder of this machine as --out"),
+    ((*EVALUATE, "--trajectories", "--out={}"), "need a folder on this machine as --out"),
 ]
 """Commands that read a folder, or add to it."""
 

@@ -85,7 +85,7 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
         ({"worlds": [True]}, "must be a mask of 2"),
         ({"worlds": "all"}, "must be a mask of 2"),
         ({"worlds": [0, 0]}, "must be a mask of 2"),
-        ({"seed": [1]}, r"seed=\[1\]: must be 2, one for each world"),
+        ({"seed": [1]}, r"seed=\[1\]: must be 2 seeds, one for each world"),
         ({"seed": -1}, "seed=-1"),
         ({"options": {"task.n_robots": 3}}, "is the same in all episodes; set it when"),
         ({"options": {"task.area_distance": 9.0}}, "task.area_distance=9.0"),
@@ -109,7 +109,7 @@ def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
     assert env.scenario.task.area_distance == 1.5
     with pytest.raises(UnknownNameError, match="named 'area_distanc', did you mean"):
         env.reset(options={"area_distanc": 1.0})
-    with pytest.raises(ConfigError, match=r"ground.left would go from 0 to 1.92 brightness, and"):
+    with pytest.raises(ConfigError, match=r"ground.left would go from 0 to 1.92 brightness, but"):
         env.reset(options={"sensors.ground_noise": 0.9})
 
 

@@ -189,7 +189,7 @@ def test_streams_of_observations_stand_while_other_worlds_are_reset_and_are_in_s
         ("layers", UnknownNameError, "no observation named 'layers', did you mean 'layer'"),
         ([], ConfigError, r"observation=\[\]"),
         (7, ConfigError, "observation=7: must be 'layer'"),
-        ([Compass, Compass], ConfigError, "twice: .'compass'."),
+        ([Compass, Compass], ConfigError, "repeated: .'compass'."),
     ],
 )
 def test_what_is_no_observation_is_refused(observation, error, says):
@@ -200,7 +200,7 @@ def test_what_is_no_observation_is_refused(observation, error, says):
 @pytest.mark.parametrize(
     ("value", "error", "says"),
     [
-        (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .*of -3.14159 to"),
+        (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .*from -3.14159"),
         (7.0, ConfigError, "compass: is 7.0 for learner 0 of world 0"),
         (None, ValueError, "read-only"),
         ("", ConfigError, "Broken: `write` returned a value, must write features into"),

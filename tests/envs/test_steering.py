@@ -131,7 +131,7 @@ def test_a_correction_has_its_size(busy):
         ({"learn": "weighting", "reflexes": True}, "reflexes=True: needs a hand-written motion"),
         ({"learn": "everything", "action": "course"}, "action='course': needs a hand-written"),
         ({"scenario": "waypoints-05", "reflexes": True}, "learn='motion' in a foraging scenario"),
-        ({"action": "course", "reflexes": False}, "reflexes=False: action='course' is steered ov"),
+        ({"action": "course", "reflexes": False}, "reflexes=False: action='course' is steered by"),
         ({"residual": True, "reflexes": False}, "reflexes: a residual policy corrects a hand-"),
     ],
 )

@@ -73,7 +73,7 @@ def test_a_mean_over_part_of_the_episodes_says_over_how_many(episodes):
     text = printed(report(some, ["radio.frames=1"]))
     assert "n = 3 of 4" in text
     assert "-81.1 to 221.1" in text
-    assert "the others are left out" in text
+    assert "the others have no value" in text
     assert ", radio.frames=1:" in text
 
 
@@ -160,6 +160,6 @@ def test_it_is_told_by_episodes_that_differ_and_by_a_score_far_below_that_with_n
     told = lines(*rows)
     assert len(told) == len(says)
     for line, part in zip(told, says, strict=True):
-        assert line.startswith("policy policy0 searches by its noise: ")
+        assert line.startswith("policy policy0 seems to need the noise of its actions: ")
         assert part in line
         assert line.endswith("; compare it with policy0,chance=true")

@@ -128,4 +128,4 @@ def test_the_command_lists_it_with_every_number(capsys):
     }  # fmt: skip
     assert list(listing.describe("patrol-1")["parameters"]) == ["patrol-1", "task"]
     assert run(["list", "patrol-1"]) == 0
-    assert capsys.readouterr().out.endswith("Change one in evaluate with --set task.n_robots=4\n")
+    assert capsys.readouterr().out.endswith("To set one in evaluate: --set task.n_robots=4\n")
