@@ -60,7 +60,7 @@ REFUSED = [
     (("reproduce", "ants2009"), "no paper named 'ants2009', did you mean 'ants2008'?"),
     (("list", "es11"), "no scenario, controller or layer named 'es11', did you mean 'es1'?"),
     (("list", "gathe"), "no scenario, controller or layer named 'gathe', did you mean 'gather'?"),
-    (("export", "gather", "--scenario", "aggregation"), "one in which robots forage, as es1"),
+    (("export", "gather", "--scenario", "aggregation"), "one in which robots forage, such as es1"),
     (("list", "--format", "csv"), "'table', 'json'"),
     (("bench", "--fast"), "--fast"),
     (("bench", "--device", "tpu"), "'tpu' is not one of 'cpu', 'cuda'"),

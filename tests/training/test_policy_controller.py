@@ -224,7 +224,7 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
         ("sb3:", "must be parameter=value"),
         ("sb3:missing.zip", "there is no such file"),
         ("sb3:text.zip", "must be what .* writes"),
-        ("torchscript:text.zip", "is no TorchScript"),
+        ("torchscript:text.zip", "is not TorchScript"),
         ("sb3:model.zip,stack=0", "stack='0'"),
         ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
         ("sb3:model.zip,learn=motoin", "did you mean 'motion'"),

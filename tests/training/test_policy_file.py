@@ -79,7 +79,7 @@ def test_the_card_of_other_weights_is_refused(policy_file):
     zeros = {name: np.zeros_like(array) for name, array in policy.weights.items()}
     save_policy(other, zeros, policy.card)
     other.replace(policy_file)
-    with pytest.raises(ConfigError, match="is of other weights"):
+    with pytest.raises(ConfigError, match="belongs to other weights"):
         load_policy(policy_file)
 
 
@@ -172,7 +172,7 @@ def test_a_policy_for_another_layer_is_refused(policy_file):
     layers = {"motion": layer_card("motion", Scenario(), "any", {"hidden": 1})}
     card = load_policy(policy_file).card.model_copy(update={"layers": layers})
     save_policy(policy_file, {"motion.x": np.zeros(1, np.float32)}, card)
-    with pytest.raises(ConfigError, match="takes the place of motion, not of weighting"):
+    with pytest.raises(ConfigError, match="replaces the motion, not the weighting"):
         EXCHANGE_NETWORK.numbers_of(load_policy(policy_file))
 
 
@@ -222,7 +222,7 @@ def test_a_torchscript_that_would_swell_is_refused(tmp_path):
     ):
         for _ in range(257):
             member.write(bytes(2**20))
-    assert "is no TorchScript (has 257.0 MiB" in refusal(f"torchscript:{tmp_path / 'm.pt'}")
+    assert "is not TorchScript (has 257.0 MiB" in refusal(f"torchscript:{tmp_path / 'm.pt'}")
     with pytest.raises(ValueError, match=r"has 257\.0 MiB; at most 256 MiB are read"):
         check_zip((tmp_path / "m.pt").read_bytes())
 
