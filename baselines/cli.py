@@ -145,7 +145,7 @@ app.command(
 
 @app.command()
 def bench(
-    quick: Annotated[bool, Option("--quick", help="Run for less time, less exactly.")] = False,
+    quick: Annotated[bool, Option("--quick", help="A shorter, less exact run.")] = False,
     threads: Annotated[int, Option(help="Number of threads whose speed-up is measured.")] = 2,
     device: Annotated[
         Literal["cpu", "cuda"], Option(help="Device of the worlds: cpu, or cuda for a GPU.")

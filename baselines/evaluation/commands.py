@@ -66,8 +66,8 @@ def evaluate(  # noqa: PLR0913 the options of a command
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
     All controllers run under the same seeds. Finished blocks of episodes are written to --out,
-    and the bar counts their episodes. The same command later runs only what is missing: a stopped
-    run repeats at most the unfinished blocks, one for each worker.
+    and the progress bar counts their episodes. The same command later runs only what is missing:
+    a stopped run repeats at most the unfinished blocks, one for each worker.
     """
     from baselines.evaluation import tables
     from baselines.evaluation.evaluate_options import EvaluateOptions
@@ -166,7 +166,8 @@ def plot(  # noqa: PLR0913 the options of a command
         Option(min=0, help="Seed, for paths.", show_default="the first"),
     ] = None,
     style: Annotated[
-        PageStyleName, Option(help="Width: that of a page on screen, or of a column of a paper.")
+        PageStyleName,
+        Option(help="screen: as wide as a page; paper: as wide as a column of a paper."),
     ] = "screen",
     caption: Annotated[
         bool, Option("--caption", help="Draw the caption, with command and code, below the panels.")
@@ -182,7 +183,7 @@ def plot(  # noqa: PLR0913 the options of a command
 
     **recruitment**: share of the robots that have visited both areas, over time.
 
-    **table**: motion by localisation.
+    **table**: the metric of each motion with each localisation.
 
     **paths**: a map of the robots' positions, from the files of evaluate --trajectories; without
     them one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
@@ -232,7 +233,7 @@ def watch(  # noqa: PLR0913 the options of a command
     physics: PhysicsOption = None,
     speed: Annotated[
         float | None,
-        Option(help="Multiple of real time.", show_default="10; 1 with --drive"),
+        Option(help="Speed, times real time.", show_default="10; 1 with --drive"),
     ] = None,
     select: Annotated[int | None, Option(help="Robot whose belief is drawn, from 0 on.")] = None,
     start: Annotated[float, Option(help="Time of the episode to start from [s].")] = 0.0,

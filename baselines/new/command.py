@@ -51,7 +51,7 @@ def new(
 ) -> None:
     """Write a small package with a task, weighting rule, sensor or reward of your own.
 
-    It runs and is tested as it stands: change it from there. Guides say what else there is.
+    It runs and passes its tests as it is: change it from there. The guides describe the rest.
     """
     _check_name(name)
     folder = out or Path(name)

@@ -66,7 +66,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     ] = None,
     style: Annotated[
         PageStyleName,
-        Option(help="Width of figures: a page on screen, or a column of a paper, also as PDF."),
+        Option(help="screen: figures as wide as a page; paper: as wide as a column, also as PDF."),
     ] = "screen",
     form: Annotated[
         Literal["table", "json"], Option("--format", help="Format of the claims.")

@@ -33,7 +33,7 @@ PageOption = Annotated[
 RUNS, MARL_EVAL = Path("docs/data/ladder.parquet"), Path("runs/marl_eval.json")
 
 Rungs = Annotated[
-    list[str] | None, Option("--rung", metavar="NAME", help="Only this one; may be repeated.")
+    list[str] | None, Option("--rung", metavar="NAME", help="Only this rung; may be repeated.")
 ]
 
 
@@ -85,7 +85,7 @@ def ladder(  # noqa: PLR0913 the options of a command
     rungs: Rungs = None,
     algorithms: Annotated[
         list[str] | None,
-        Option("--algorithm", metavar="NAME", help="Only this one; may be repeated."),
+        Option("--algorithm", metavar="NAME", help="Only this algorithm; may be repeated."),
     ] = None,
     seeds: Annotated[int, Option(min=0, help="Trainings of each algorithm; 0: none.")] = 5,
     budget: Annotated[
