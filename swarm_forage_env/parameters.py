@@ -191,7 +191,7 @@ def _complaint(model: type[Parameters], error: ErrorDetails, where: str) -> str:
     if error["type"] == "extra_forbidden":
         known = leaves(model().model_dump())
         return prefix + str(UnknownNameError("parameter", path, known))
-    message = str(error["msg"]).removeprefix("Value error, ")
+    message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must", 1)
     if not path or error["type"] == "value_error":
         return prefix + message
     return f"{prefix}{path}={shown(error['input'])}: {message[0].lower()}{message[1:]}"

@@ -215,7 +215,7 @@ def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
     if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
         return chosen.astype(np.int64)
     raise ConfigError(
-        f"worlds={worlds!r}: must be a mask of {n_worlds}, or different numbers from 0 to"
+        f"worlds={worlds!r}: must be a mask of {n_worlds} worlds, or different indices from 0 to"
         f" {n_worlds - 1}"
     )
 

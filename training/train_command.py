@@ -140,7 +140,8 @@ def train(  # noqa: PLR0913 the options of a command
     algorithm = algorithm or ("cma" if layer == "weighting" else "ppo")
     if controller and layer == "everything":
         raise ConfigError(
-            f"--controller={controller}: runs the other layers; everything leaves none"
+            f"--controller={controller}: runs the layers beside the policy, of which everything"
+            " leaves none; leave it out"
         )
     own = f"{algorithm} of {layer}"
     kind = own if own in USUAL else algorithm

@@ -173,7 +173,7 @@ def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
     if type(learners) is not bool and isinstance(learners, Integral):
         if 1 <= int(learners) <= len(agents):
             return list(range(int(learners)))
-        raise ConfigError(f"learners={shown(learners)}: must be from 1 to the {len(agents)} robots")
+        raise ConfigError(f"learners={shown(learners)}: must be from 1 to {len(agents)} robots")
     named = [learners] if isinstance(learners, str) else learners
     if not isinstance(named, Sequence) or not named:
         raise ConfigError(

@@ -66,7 +66,7 @@ def _own(observation: object) -> Observation:
     made = observation() if isinstance(observation, type) else observation
     if not isinstance(made, Observation):
         raise ConfigError(
-            f"observation={observation!r}: must be '{LAYER}', '{PREVIOUS}', a name of"
+            f"observation={observation!r}: must be '{LAYER}', '{PREVIOUS}', one of"
             f" {', '.join(OBSERVATIONS)}, or a class with `features` and `write`"
         )
     return made

@@ -59,7 +59,8 @@ class Robot(Parameters):
     def _cruises_below_its_limit(self) -> Self:
         if self.cruise_speed > self.max_speed:
             raise ValueError(
-                f"cruise_speed={self.cruise_speed}: at most max_speed={self.max_speed} [m/s]"
+                f"cruise_speed={self.cruise_speed}: must be at most max_speed={self.max_speed}"
+                " [m/s]"
             )
         return self
 

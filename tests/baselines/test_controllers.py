@@ -78,15 +78,15 @@ def test_a_composition_of_another_number_of_layers_is_refused_with_an_example(na
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"beta": "steep"}, "beta='steep': input should be a valid number"),
-        ({"beta": -1.0}, "beta=-1.0: input should be greater than or equal to 0"),
-        ({"beta": math.nan}, "beta=nan: input should be a finite number"),
-        ({"beta": math.inf}, "beta=inf: input should be a finite number"),
+        ({"beta": "steep"}, "beta='steep': must be a valid number"),
+        ({"beta": -1.0}, "beta=-1.0: must be greater than or equal to 0"),
+        ({"beta": math.nan}, "beta=nan: must be a finite number"),
+        ({"beta": math.inf}, "beta=inf: must be a finite number"),
         ({"beta": math.nextafter(1e6, math.inf)}, "beta=1000000.0"),
-        ({"lost_within": 0.0}, "lost_within=0.0: input should be greater than 0"),
-        ({"double": "both"}, "double='both': input should be a valid boolean"),
-        ({"avoidance": "leteral"}, "avoidance='leteral': input should be 'tangential' or"),
-        ({"gap": 0.2}, "gap=0.2: input should be less than or equal to 0.05"),
+        ({"lost_within": 0.0}, "lost_within=0.0: must be greater than 0"),
+        ({"double": "both"}, "double='both': must be a valid boolean"),
+        ({"avoidance": "leteral"}, "avoidance='leteral': must be 'tangential' or"),
+        ({"gap": 0.2}, "gap=0.2: must be less than or equal to 0.05"),
     ],
 )
 def test_a_value_that_does_not_fit_is_refused_with_what_would(values, message):

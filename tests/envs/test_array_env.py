@@ -81,7 +81,7 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or different numbers from 0 to 1"),
+        ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2 worlds, or different indices from 0"),
         ({"worlds": [True]}, "must be a mask of 2"),
         ({"worlds": "all"}, "must be a mask of 2"),
         ({"worlds": [0, 0]}, "must be a mask of 2"),

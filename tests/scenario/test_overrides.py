@@ -75,7 +75,7 @@ NUMBERS = [
     "value", [math.nan, math.inf, -math.inf, "nan", "-inf", -1.0, "many", None]
 )
 def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
-    check_refused("es1", {path: value}, [f"{path}={value!r}: ", "should be"])
+    check_refused("es1", {path: value}, [f"{path}={value!r}: ", "must be"])
 
 
 HUGE = {"length": 300.0, "width": 300.0, "start_radius": 100.0, "area_distance": 250.0,
