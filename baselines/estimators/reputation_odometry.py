@@ -6,16 +6,16 @@ for the reputations: the probability that a robot sends a right estimate is beta
 its counts of right and of wrong estimates.
 
 Not in the papers, and chosen here:
-- the weighting may be asked about areas that the robot does not know, too (`weighs_unknown`): what
-  was told is copied if its weight is at least one half, and else remembered only;
-- what was told is right if it lies within `slack` of where the area was found, and `drift` of the
-  path in between wider, as the gate of `validation_gate`;
-- it is found out when the robot enters the area, when it gets lost at the place where it should
-  be, or at once if the robot stood on the area itself within the last `sure_within` of its path;
-- what was told more than `remembers_within` of path ago neither counts nor is found out;
-- robots are identified by the number that they broadcast, which nobody forges;
-- reputations are the robot's own: nobody tells them;
-- all that `sceptical_odometry` chose.
+- the weighting can also apply to areas that the robot does not know (`weighs_unknown`): a received
+  estimate is copied if its weight is at least one half, and otherwise only remembered;
+- a received estimate is right if it lies within `slack` of the place where the area was found, plus
+  `drift` times the path in between, as in the gate of `validation_gate`;
+- the robot judges it when it enters the area, when it gets lost at the place where the area should
+  be, or at once if it stood on the area itself within the last `sure_within` of its path;
+- an estimate received more than `remembers_within` of path ago neither counts nor is judged;
+- robots are identified by the number that they broadcast, which no robot forges;
+- each robot keeps its reputations to itself: they are not exchanged;
+- all choices of `sceptical_odometry`.
 """
 
 import math

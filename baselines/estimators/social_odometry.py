@@ -5,18 +5,19 @@ Gutierrez et al. 2009 (TR), Sections 4 and 5; Gutierrez et al. 2008 (ANTS), Sect
 Not in the paper, and chosen here:
 - an exchange lasts the radio's exchange time and averages what the partner says in it, each
   message weighted by its frames; one partner at a time, drawn by the radio's random slots;
-- after an exchange everybody is ignored for `pause`, and the same partner for `refractory`:
-  a filter that shrinks p at each of many exchanges makes a crowd sure of a wrong place;
-- a robot does not stop for a message that tells it nothing it could use;
+- after an exchange a robot ignores all robots for `pause`, and the same partner for `refractory`:
+  if p shrinks at each of many exchanges, a crowd becomes confident of a wrong place;
+- a robot does not stop for a message that holds nothing of use to it;
 - on its way a single filter sends only the estimate of the area it comes from (TR 6.1.2 says
   why the other one harms);
 - the point stored on entering an area is its centre, if the robot was heading there;
-- how near to the believed centre is "there", and how far it then looks on, before it is lost;
+- the distance from the believed centre that counts as "there", and the path of the search that
+  follows before the robot is lost;
 - a robot that just got lost ignores messages for `deaf_when_lost`;
-- optionally, a message costs precision (`message_path`), a robot on its way does not tell of an
-  area that it is unsure of (`tells_within`), which ends rumours, and does not stop for an area that
-  it is sure of (`listens_above`); in the papers none of these;
-- a robot that was told of an area without having visited any heads for the nearer one.
+- optionally, a message costs precision (`message_path`), a robot on its way does not report an area
+  whose p is large (`tells_within`), which ends rumours, and does not stop for an area whose p is
+  small (`listens_above`); the papers have none of these;
+- a robot that received an area before it visited any heads for the nearer one.
 """
 
 import math
@@ -186,7 +187,7 @@ class SocialOdometryParameters(Parameters):
         0.05, description="Distance from the believed centre that counts as there [m] (derived)"
     )
     overshoot: NotNegative = Field(
-        0.18, le=1.0, description="Path of the search straight ahead there [m] (derived)"
+        0.18, le=1.0, description="Path to search straight ahead, once there [m] (derived)"
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:

@@ -11,9 +11,9 @@ Not in the papers, and chosen here:
 - the gate is as wide as `slack`, for the radio and for the size of an area, and `drift` of the
   paths that both robots have travelled since the area, for their odometry;
 - inside the gate the gain is that of the Social Generalised Induced Kalman Filter;
-- a robot copies the estimate of an area that it does not know, as in all rules: it knows nothing
-  to hold against it;
-- what lies outside the gate is forgotten, however many robots tell it.
+- a robot copies the estimate of an area that it does not know, as in all rules: it has no estimate
+  to compare it with;
+- an estimate outside the gate is discarded, however many robots report it.
 """
 
 from pydantic import Field
