@@ -295,7 +295,7 @@ class SB3Policy(PolicyFile):
         if not is_known or pickled:
             what = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
-                f"policy {self.file}: its {what} can be read by unpickling only, which runs any"
+                f"policy {self.file}: its {what} can only be read by unpickling, which runs any"
                 f" code in the file; if you trust it: sb3:{self.file},trust=true"
             )
         kind = RecurrentNetwork if saved.module == RECURRENT else Network
@@ -394,8 +394,8 @@ def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
     else:
         remedy = f"Give the keywords of its training, as in sb3:{file},{_fitting(form, trained)}"
     raise ConfigError(
-        f"policy {file}: maps {trained[0]} observed numbers to {trained[1]} of an action; with"
-        f" these keywords (learn={form.config.learn}) they are {here[0]} and {here[1]}. {remedy}"
+        f"policy {file}: maps {trained[0]} numbers to {trained[1]}; with these keywords"
+        f" (learn={form.config.learn}) it must map {here[0]} to {here[1]}. {remedy}"
     )
 
 

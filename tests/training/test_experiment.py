@@ -49,7 +49,7 @@ REFUSED = [
     ({"physics": "fluid"}, "no physics engine named 'fluid'"),
     ({"device": "tpu"}, "--device='tpu': must be 'cpu' or 'cuda'"),
     ({**IMITATION, "device": "cuda"}, "--device=cuda: is for --algorithm cma and ppo"),
-    ({"device": "cuda", "physics": "rigid"}, "--device=cuda: the engine rigid runs on a CPU"),
+    ({"device": "cuda", "physics": "rigid"}, "--device=cuda: the engine rigid calls a lib"),
     ({"budget": 0}, "--budget=0: must be at least 1"),
     ({"every": 0}, "--every=0"),
     ({"worlds": 0}, "--worlds=0"),

@@ -129,7 +129,7 @@ def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, 
     act = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form).act
     assert act(np.zeros((2, 4), np.float32), None, None)[0].tolist() == told
     with pytest.raises(
-        ConfigError, match=r"observations of 2 robots and 3 numbers \(.*an odd number\); say"
+        ConfigError, match=r"observations of 2 robots and 3 features \(.*an odd number\); give"
     ) as no:
         act(np.zeros((2, 3), np.float32), None, None)
     assert "\n" not in str(no.value)

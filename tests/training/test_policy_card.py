@@ -110,7 +110,7 @@ def test_an_observation_of_a_state_of_its_own_is_not_what_its_class_makes(tmp_pa
     save_policy_card(tmp_path / "m.pt", "es1", observation=["layer", own])
     (tmp_path / "m.pt").write_bytes(b"")
     for given in ("", f",observation=layer+{__name__}:Own"):
-        with pytest.raises(ConfigError, match=rf":Own\(...\) in training, which {__name__}:Own"):
+        with pytest.raises(ConfigError, match=rf":Own\(...\) in training, and {__name__}:Own"):
             find_controller(f"torchscript:{tmp_path / 'm.pt'}{given}")
 
 

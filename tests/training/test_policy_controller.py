@@ -228,13 +228,13 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
         ("sb3:model.zip,stack=0", "stack='0'"),
         ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
         ("sb3:model.zip,learn=motoin", "did you mean 'motion'"),
-        ("sb3:model.zip,normalise=false", "number 8 .* was situation.ground.left .of its"),
+        ("sb3:model.zip,normalise=false", "feature 8 .* was situation.ground.left .of its"),
         ("sb3:model.zip,file=model.zip", "given twice"),
         ("sb:model.zip", "must be parameter=value|did you mean 'sb3'"),
         ("callable:math", "a module and a function"),
         ("callable:no_rules:ahead", "No module"),
         ("callable:math:back", "no attribute"),
-        ("callable:math:pi", "is a float, no function"),
+        ("callable:math:pi", "is a float, not a function"),
     ],
 )
 def test_what_cannot_be_used_is_refused_by_name(name, why, model, scenario, tmp_path, monkeypatch):

@@ -234,7 +234,7 @@ def group(terms=TERMS, hidden=(64, 64), **changes):
         (learner_of, TERMS, {"discrete": True, "policy": torch.nn.Linear(1, 1)}, "gives contin"),
         (remembering, FOURS, {}, "rows_together=4: a network with memory"),
         (group, TERMS, {"n_worlds": 3}, "2 policies side by side: need equal parts"),
-        (group, TERMS, EXCHANGES, "2 policies side by side: act in every step"),
+        (group, TERMS, EXCHANGES, "2 policies side by side: must act in every"),
         (group, TERMS, {"hidden": (8,)}, "2 policies side by side: must be dense layers"),
         (remembering, TERMS, EXCHANGES, "rows that go together must act in"),
     ],

@@ -196,7 +196,7 @@ def test_a_file_may_be_named_without_its_ending(file, tmp_path):
 @pytest.mark.parametrize(
     ("n_observed", "action", "told"),
     [
-        (5, {"_shape": [2]}, r"maps 5 numbers to 2; .*\(learn=motion\) there are 45, and 2\. Say "),
+        (5, {"_shape": [2]}, r"maps 5 numbers to 2; .*\(learn=motion\) it must map 45 to 2\. Give"),
         (45, {"n": 5}, r"to one of 5 choices; .* as in sb3:m.zip,discrete=true$"),
         (81, {"_shape": [15]}, r"maps 81 numbers to 15; .* as in sb3:m.zip,learn=everything$"),
         (90, {"_shape": [2]}, r" as in sb3:m.zip,stack=2$"),
@@ -234,7 +234,7 @@ def test_no_file_can_say_that_it_is_trusted(file, part):
         ("policy_class", {"__module__": POLICIES}, CAN),
         ("policy_class", {"__module__": POLICIES, "__init__": f"{INIT}CnnPolicy.__init__ at"}, CAN),
         ("policy_class", "text", CAN),
-        ("policy_class", PICKLED, "its policy_class can be read by unpickling only"),
+        ("policy_class", PICKLED, "its policy_class can only be read by unpickling"),
         ("observation_space", PICKLED, "maps no numbers to 2"),
         ("action_space", PICKLED, r"maps \d+ numbers to no;"),
     ],
