@@ -92,7 +92,7 @@ def test_worlds_in_which_other_robots_understand_each_other_are_refused():
         named("dsgiff")] * 8)]  # fmt: skip
     with pytest.raises(ConfigError, match="must understand each other in all worlds"):
         Loop(busy(), swarms, [4, 5])
-    with pytest.raises(ConfigError, match="'ssgikf' and 'ssgiff' have another weighting"):
+    with pytest.raises(ConfigError, match="'ssgikf' and 'ssgiff' differ in their weighting"):
         Loop(busy(), [mixed(named("ssgikf")), mixed(named("ssgiff"))], [4, 5])
 
 
