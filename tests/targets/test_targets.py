@@ -348,7 +348,7 @@ def test_an_experiment_of_argos_has_the_arena_of_the_scenario(tmp_path):
 def test_a_swarm_that_a_chip_has_no_room_for_is_refused(tmp_path):
     scenario = find_scenario("es3", {"task.n_robots": 250, "task.start_radius": 1.0})
     large = ExportedRobot(find_layered_controller("ssgikf"), scenario)
-    with pytest.raises(ConfigError, match=r"takes \d+ bytes of ram .* STM32F407 has 196608"):
+    with pytest.raises(ConfigError, match=r"needs \d+ bytes of ram .* STM32F407 has 196608"):
         export(large, "cortex-m4", tmp_path)
     assert not list(tmp_path.iterdir())
 

@@ -183,7 +183,7 @@ AHEAD = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np
     ("scenario", "controllers", "refusal"),
     [
         ("waypoints-05", ["boids-adaptive"], "foraging scenarios only, such as es1; watch --html"),
-        ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows 2"),
+        ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows at most 2"),
         ("es1", ["{motion},chance=true"], "runs in Python only, because it is stochastic"),
         ("es1", ["{everything}"], "a page draws the beliefs of robots"),
         ("es1", ["callable:my_policy:ahead"], "runs in Python only; networks that swarm-forage"),
