@@ -200,7 +200,7 @@ def test_paths_that_do_not_repeat_the_dataset_are_refused(evaluated, dataset, co
 
 
 def test_paths_of_a_scenario_need_its_controllers_and_walls():
-    with pytest.raises(ConfigError, match="robots that forage"):
+    with pytest.raises(ConfigError, match="in which robots forage"):
         draw("paths", "waypoints-05-authors", "boids-goal")
     with pytest.raises(UnknownNameError, match=r"did you mean .*'ssgikf'"):
         draw("paths", "es1", "sgikf")
