@@ -25,7 +25,7 @@ from swarm_forage_env.registry import left_out
 
 app = typer.Typer(
     name="swarm-forage",
-    help="Multi-robot foraging: hand-written controllers, evaluated and compared.",
+    help="Multi-robot foraging: evaluate, compare, train and watch controllers.",
     epilog="Start with: swarm-forage evaluate es1 nc ssgikf ssgiff",
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -33,9 +33,7 @@ app = typer.Typer(
 )
 
 
-ListedFormat = Annotated[
-    Literal["table", "json"], Option("--format", help="How to write the result.")
-]
+ListedFormat = Annotated[Literal["table", "json"], Option("--format", help="Format of the result.")]
 
 
 def _any_name(incomplete: str) -> list[str]:
@@ -100,7 +98,7 @@ def stoppable(keeps: bool = True) -> Iterator[None]:
         with interrupts_raised():
             yield
     except KeyboardInterrupt:
-        say("stopped; the same command goes on from here" if keeps else "stopped")
+        say("stopped; the same command resumes from here" if keeps else "stopped")
         raise typer.Exit(130) from None
 
 
@@ -121,7 +119,7 @@ def list_names(
     name: Annotated[
         str | None,
         Argument(
-            help="A scenario, a .toml file, a controller or a layer: shows all its numbers.",
+            help="Scenario, .toml file, controller or layer whose parameters to show.",
             autocompletion=_any_name,
         ),
     ] = None,
@@ -147,10 +145,10 @@ app.command(
 
 @app.command()
 def bench(
-    quick: Annotated[bool, Option("--quick", help="A short run, less exact.")] = False,
-    threads: Annotated[int, Option(help="Threads whose gain over one is measured.")] = 2,
+    quick: Annotated[bool, Option("--quick", help="A shorter, less exact run.")] = False,
+    threads: Annotated[int, Option(help="Number of threads whose speed-up is measured.")] = 2,
     device: Annotated[
-        Literal["cpu", "cuda"], Option(help="cpu, or cuda for worlds on a GPU.")
+        Literal["cpu", "cuda"], Option(help="Device of the worlds: cpu, or cuda for a GPU.")
     ] = "cpu",
     form: ListedFormat = "table",
 ) -> None:

@@ -122,8 +122,8 @@ def check_alike(robot_layers: Sequence[Row]) -> None:
         for name, mine, his in zip(LAYERS, one.composition, other.composition, strict=True):
             if mine != his:
                 raise ConfigError(
-                    f"controllers '{one.name}' and '{other.name}' have another {name}: those of one"
-                    " block may differ in their numbers only"
+                    f"controllers '{one.name}' and '{other.name}' differ in their {name}: the"
+                    " controllers of one block may differ in parameters only"
                 )
 
 

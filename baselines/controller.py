@@ -109,7 +109,7 @@ class LayeredController:
             rules["weighting_rule"] = self.weighting
         if weighting is None:
             raise ConfigError(
-                "weighting 'filter': this estimator has no gain of its own; name a rule"
+                "weighting 'filter': this estimator computes no gain; name a weighting rule"
             )
         motion = self.motion.layer(scenario) if hasattr(self.motion, "layer") else None
         if motion is None:

@@ -224,17 +224,17 @@ class RunningLayers:
         """Raise ConfigError, with the reason, if the layers run on a CPU only."""
         own = self.estimator
         reasons = {
-            "a layer of it is a rule in NumPy": self.has_rules,
+            "one of its layers is a rule in NumPy": self.has_rules,
             "its robots have several compositions": len(self._groups) > 1,
-            "its estimator keeps something of each pair of robots": own.shared is not None,
-            "its estimator takes in with a template of its own": own.observe
+            "its estimator stores data of each pair of robots": own.shared is not None,
+            "its estimator receives messages by a template of its own": own.observe
             not in (observe_world, nothing),
         }
         for reason, holds in reasons.items():
             if holds:
                 raise ConfigError(
-                    f"device='cuda': controller '{self.controllers[0][0].name}' runs on a CPU only,"
-                    f" as {reason}; take another one, as ssgikf, or device='cpu'"
+                    f"device='cuda': controller '{self.controllers[0][0].name}' runs on a CPU"
+                    f" only, because {reason}; use another one, such as ssgikf, or device='cpu'"
                 )
 
     def _motion_inputs(self) -> Iterator[Rows]:

@@ -30,8 +30,10 @@ NO_SPOT = -1
 class AggregationMission(Mission):
     """Two black spots on a white floor, to the left and right of the centre."""
 
-    spot_distance: Positive = Field(1.0, description="Between their centres [m] (published)")
-    spot_radius: Positive = Field(0.3, description="Radius of each [m] (published)")
+    spot_distance: Positive = Field(
+        1.0, description="Distance between spot centres [m] (published)"
+    )
+    spot_radius: Positive = Field(0.3, description="Radius of each spot [m] (published)")
 
 
 class AggregationScenario(EpuckScenario):
@@ -143,8 +145,9 @@ SCENARIOS.register("aggregation", "robots gather on one of two black spots")(
     )
 )
 ORIGINS["aggregation"] = {
-    "arena.length": "Holds the polygon (derived)", "arena.width": "Holds the polygon (derived)",
+    **dict.fromkeys(("arena.length", "arena.width"), "Large enough for the polygon (derived)"),
     "arena.corners": "AutoMoDe, a dodecagon (published)",
-    "task.n_robots": "AutoMoDe (published)", "task.duration": "To move from spot to spot (chosen)",
-    "task.start_radius": "Nearly the whole arena (chosen)",
+    "task.n_robots": "AutoMoDe (published)",
+    "task.duration": "Long enough to move between the spots (chosen)",
+    "task.start_radius": "Covers nearly the whole arena (chosen)",
 }  # fmt: skip

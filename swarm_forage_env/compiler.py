@@ -321,4 +321,6 @@ def report_compiling(tell: Callable[[str], None]) -> Iterator[None]:
 @cache
 def announce() -> None:
     """Print, once, that kernels are about to be compiled."""
-    sys.stderr.write("swarm-forage: compiling, once for this version: about half a minute\n")
+    sys.stderr.write(
+        "swarm-forage: compiling the simulation, once for this version: about half a minute\n"
+    )

@@ -105,7 +105,7 @@ def _named(name: str, references: bool) -> Controller:
     registry = next((each for each in (CONTROLLERS, POLICIES, REFERENCES) if name in each), None)
     if registry is None:
         if name in SCENARIOS:
-            raise ConfigError(f"no controller named {name!r}: it is a scenario; one is run")
+            raise ConfigError(f"no controller named {name!r}: it is a scenario; only one is run")
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
         raise UnknownNameError("controller", name, known, left_out())
     controller: Controller = registry[name]

@@ -151,8 +151,9 @@ class DeviceLoop:
         host = {name: array for name, array in self._host().items() if name != "rewards"}
         if any(self.arrays[name].shape != array.shape for name, array in host.items()):
             raise ConfigError(
-                "device='cuda': the scenario of an episode has more obstacles or wider neighbours"
-                " than those before; begin with the largest, or take device='cpu'"
+                "device='cuda': the scenario of an episode has more obstacles or more neighbours"
+                " of a robot than its GPU arrays have room for; start with the largest scenario,"
+                " or use device='cpu'"
             )
         for first, last in consecutive(worlds):
             for name, array in host.items():
@@ -232,11 +233,13 @@ def grid_of(n_worlds: int, n_robots: int) -> Grid:
 def _layers_of(loop: Loop) -> tuple[CompiledLayers, Mapping[str, Kernel]]:
     """Return a loop's layers and GPU functions; ConfigError for what runs on a CPU only."""
     if loop.task.gpu is None:
-        raise ConfigError(f"device='cuda': the task {loop.task.name} runs on a CPU only")
+        raise ConfigError(
+            f"device='cuda': the task {loop.task.name} runs on a CPU only; use device='cpu'"
+        )
     if loop.physics != "kinematic":
         raise ConfigError(
-            f"device='cuda': the engine {loop.physics} runs on a CPU only, as it asks a library;"
-            " take physics='kinematic'"
+            f"device='cuda': the engine {loop.physics} calls a library that runs on a CPU only;"
+            " use physics='kinematic'"
         )
     loop.controller.check_on_gpu()
     return loop.controller.compiled, loop.task.gpu

@@ -26,8 +26,8 @@ class DeviceMemory(Memory):
         """Continue in the stream of this address, after the current one; ConfigError if invalid."""
         if not isinstance(address, int) or isinstance(address, bool) or address < 0:
             raise ConfigError(
-                f"stream={address!r}: must be the address of a stream of CUDA, as"
-                " torch.cuda.current_stream().cuda_stream; or 0, the default stream"
+                f"stream={address!r}: must be the address of a CUDA stream, such as"
+                " torch.cuda.current_stream().cuda_stream, or 0 for the default stream"
             )
         if address == self.stream:
             return
@@ -86,8 +86,8 @@ class DeviceMemory(Memory):
             return cast(PlacedArray, tensor)
         if not hasattr(tensor, "__cuda_array_interface__"):
             raise ConfigError(
-                f"{type(tensor).__name__}: must be an array of the GPU, one that has"
-                " __cuda_array_interface__, as a torch tensor after .to('cuda')"
+                f"{type(tensor).__name__}: must be an array in GPU memory that has"
+                " __cuda_array_interface__, such as a torch tensor after .to('cuda')"
             )
         return cast(PlacedArray, self._gpu.as_cuda_array(tensor))
 
@@ -96,5 +96,5 @@ def usable_gpu() -> ModuleType:
     """Return numba's module for GPUs; ConfigError if there is no GPU."""
     cuda = gpu()
     if not cuda.is_available():
-        raise ConfigError("device='cuda': no NVIDIA GPU with its driver found; take device='cpu'")
+        raise ConfigError("device='cuda': no NVIDIA GPU with its driver found; use device='cpu'")
     return cuda

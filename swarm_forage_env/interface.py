@@ -36,8 +36,9 @@ def refuse_falsifying(name: str, scenario: BaseScenario) -> None:
     """Raise ConfigError if faults falsify messages, as this controller supports no such fault."""
     for fault in scenario.falsifying:
         raise ConfigError(
-            f"{fault}: scenario '{scenario.name}' falsifies messages, and those of controller"
-            f" '{name}' cannot be falsified; take one that tells places, as ssgikf"
+            f"{fault}: scenario '{scenario.name}' falsifies messages, but those of controller"
+            f" '{name}' cannot be falsified; use a controller whose messages hold places, such"
+            " as ssgikf"
         )
 
 

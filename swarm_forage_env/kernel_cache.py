@@ -49,8 +49,8 @@ def is_trusted(folder: Path) -> bool:
 def warn_once(reason: str) -> None:
     """Print, once, that no machine code is cached, and why."""
     sys.stderr.write(
-        f"swarm-forage: every process compiles its kernels, in memory: {reason}; name"
-        " another folder in the variable XDG_CACHE_HOME\n"
+        "swarm-forage: compiled kernels are not kept, and every process compiles them again:"
+        f" {reason}; set the environment variable XDG_CACHE_HOME to another folder\n"
     )
 
 

@@ -149,7 +149,9 @@ class Loop(WorldsOnCpu):
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot; the next ticks repeat bit for bit. ConfigError if it does not fit."""
         if snapshot.kind != self._kind:
-            raise ConfigError(f"a snapshot of {snapshot.kind}, cannot be restored in {self._kind}")
+            raise ConfigError(
+                f"the snapshot of {snapshot.kind}: cannot be restored in {self._kind}"
+            )
         scenarios = snapshot.world["scenarios"]
         task.check_fit(self.world.scenarios, scenarios)
         self.is_blank = False

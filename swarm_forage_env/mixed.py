@@ -69,7 +69,8 @@ class MixedController:
         for each in {id(each): each for each in self.members}.values():
             if is_privileged(each) or not isinstance(each, TeamController):
                 raise ConfigError(
-                    f"controller '{each.name}': drives whole swarms only, no robots among others"
+                    f"controller '{each.name}': controls whole swarms only, and cannot be mixed"
+                    " with other controllers"
                 )
             each.check_supports(scenario)
         if (
@@ -77,8 +78,9 @@ class MixedController:
             and len(_teams(cast(Sequence[TeamController], self.members), scenario)) > 1
         ):
             raise ConfigError(
-                f"controllers '{self.name}': the robots of '{scenario.name}' correct each other,"
-                " and all need the same estimator; mix weightings and motions"
+                f"controllers '{self.name}': the robots of '{scenario.name}' correct each"
+                " other's estimates, so that all need the same estimator; mix weightings and"
+                " motions only"
             )
 
 
@@ -219,8 +221,8 @@ class RunningTeams:
     def check_on_gpu(self) -> None:
         """Raise ConfigError: teams run on a CPU only."""
         raise ConfigError(
-            "device='cuda': robots of several teams run on a CPU only; take one controller of"
-            " three layers, as ssgikf, or a policy that is everything"
+            "device='cuda': swarms of several teams run on a CPU only; use one controller of"
+            " three layers, such as ssgikf, or a policy of learn='everything'"
         )
 
     def call_rules(self) -> None:

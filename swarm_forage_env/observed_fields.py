@@ -184,8 +184,8 @@ def source_of_its_own(layout: FieldLayout) -> str:
     source, *more = {*sources} - {"robots", "minds"} or {"robots"}
     if more:
         raise ConfigError(
-            f"observed fields: lie in {sorted({source, *more})}; one array can be read"
-            " beside robots and minds"
+            f"observed fields: lie in the arrays {sorted({source, *more})}; only one array can be"
+            " read in addition to robots and minds"
         )
     return source
 

@@ -59,7 +59,7 @@ def list_as(example: str) -> Callable[[Any, ValidationInfo], Any]:
             return json.loads(value if value.lstrip().startswith("[") else f"[{value}]")
         except json.JSONDecodeError:
             name = info.field_name
-            raise ValueError(f"{name}={value}: must be a list in JSON, as {example}") from None
+            raise ValueError(f"{name}={value}: must be a list in JSON, such as {example}") from None
 
     return from_text
 
@@ -173,7 +173,7 @@ def resolve(name: str, paths: Collection[str], kind: str) -> str:
     if len(same_leaf) == 1:
         return same_leaf[0]
     if same_leaf:
-        raise ConfigError(f"{kind} '{name}' is ambiguous: say {' or '.join(same_leaf)}")
+        raise ConfigError(f"{kind} '{name}' is ambiguous; write {' or '.join(same_leaf)}")
     raise UnknownNameError(kind, name, paths)
 
 
@@ -191,7 +191,7 @@ def _complaint(model: type[Parameters], error: ErrorDetails, where: str) -> str:
     if error["type"] == "extra_forbidden":
         known = leaves(model().model_dump())
         return prefix + str(UnknownNameError("parameter", path, known))
-    message = str(error["msg"]).removeprefix("Value error, ")
+    message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must", 1)
     if not path or error["type"] == "value_error":
         return prefix + message
     return f"{prefix}{path}={shown(error['input'])}: {message[0].lower()}{message[1:]}"

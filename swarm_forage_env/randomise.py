@@ -43,8 +43,8 @@ class Randomisation:
                 raise ConfigError(f"randomise: {name} is given twice, once as '{key}'")
             if name in scenario.unread:
                 raise ConfigError(
-                    f"randomise: {name} changes nothing in '{scenario.name}', where"
-                    f" {scenario.unread[name]} is read instead; leave it out"
+                    f"randomise: {name} has no effect in '{scenario.name}', which uses"
+                    f" {scenario.unread[name]} instead; leave it out"
                 )
             _check_is_free(name, known[name], scenario.fixed)
             self.ranges[name] = _pair(name, pair, known[name])
@@ -78,8 +78,8 @@ class Randomisation:
 def _check_is_free(name: str, value: object, fixed: tuple[str, ...]) -> None:
     if name in fixed:
         raise ConfigError(
-            f"randomise: {name} fixes the sizes of a world's records and is the same in all"
-            " episodes; make an environment for each value"
+            f"randomise: {name} determines the sizes of a world's records and must be the same"
+            " in all episodes; make an environment for each value"
         )
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ConfigError(f"randomise: {name}={value!r} is no number; only numbers are drawn")

@@ -63,8 +63,8 @@ def estimators_of(minds: Array) -> Array:
     """Return the records of the robots' estimators; ConfigError if no robot has one."""
     if not has_estimators(minds):
         raise ConfigError(
-            "exchange, situation: no robot here has an estimator, as the policy replaces"
-            " everything; learn the weighting, the motion or both"
+            "exchange, situation: no robot here has an estimator, because the policy replaces"
+            " everything; use learn='weighting', 'motion' or 'both'"
         )
     estimators: Array = minds["estimator"]
     return estimators

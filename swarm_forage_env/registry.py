@@ -108,9 +108,7 @@ class Registry(Generic[PartT]):
         """Return the part of an old name, or a composition; UnknownNameError if it is neither."""
         if name in self._new_names:
             new = self._new_names[name]
-            message = (
-                f"{self.kind} '{name}' is now '{new}'; its old name ends with the next release"
-            )
+            message = f"{self.kind} '{name}' is now '{new}'; the next release removes the old name"
             warnings.warn(message, RenamedWarning, stacklevel=1)
             return self[new]
         if self._compose is not None and JOINT in name:

@@ -91,18 +91,19 @@ def from_toml(file: Path) -> BaseScenario:
         raise ConfigError(f"scenario file {file}: {error}") from None
     except RecursionError:
         raise ConfigError(
-            f"scenario file {file}: its tables lie too deep in each other; a number of a scenario"
-            " lies in one, as max_range in [radio]"
+            f"scenario file {file}: its tables are nested too deeply; a parameter of a scenario"
+            " is in one table, as max_range in [radio]"
         ) from None
     if "base" not in changes:
         raise ConfigError(
             f'scenario file {file}: has no base; write base = "es1" at its top, or another'
-            " scenario whose numbers it takes where it names none"
+            " scenario, for the parameters that the file does not set"
         )
     base = changes.pop("base")
     if not isinstance(base, str) or base.endswith(".toml"):
         raise ConfigError(
-            f"scenario file {file}: base={base!r}: must be a name of a scenario, as es1; no file"
+            f"scenario file {file}: base={base!r}: must be the name of a scenario, such as es1,"
+            " not a file"
         )
     try:
         known: BaseScenario = SCENARIOS[base]

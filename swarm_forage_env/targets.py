@@ -77,11 +77,11 @@ def memory_of(loop: Loop) -> list[Array]:
     """
     layers = loop.controller.compiled
     if loop.world.n_worlds != 1 or not layers.firsts or loop.physics != "kinematic":
-        raise ConfigError("other machines run one world with the engine 'kinematic'")
+        raise ConfigError("code for other machines: must be of one world under physics='kinematic'")
     if loop.controller.has_rules:
         raise ConfigError(
-            f"controller '{loop.controllers[0].name}': Python calls a layer of it, and other"
-            " machines run compiled ones alone; take one that is compiled, as ssgikf"
+            f"controller '{loop.controllers[0].name}': has a layer in Python, and other machines"
+            " run compiled layers only; use a compiled controller, such as ssgikf"
         )
     arrays = (*loop.world.arrays, *layers.arrays, loop.world.modes, loop.world.errors)
     copies = [np.zeros(each.shape, each.dtype) for each in arrays]

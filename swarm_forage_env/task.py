@@ -174,8 +174,8 @@ def error_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
     world.errors[...] = ticks.NO_ERROR
     if kind == ticks.TOO_MANY_NEAR:
         return RuntimeError(
-            f"world {w}: a robot has {robot} neighbours, more than discs of its radius can be"
-            " without overlapping: contacts were not resolved"
+            f"world {w}: a robot has {robot} neighbours, more than discs of its radius can have"
+            " without overlapping: the engine did not resolve contacts"
         )
     if kind == ticks.NO_ROOM:
         return ConfigError(
@@ -183,15 +183,15 @@ def error_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
         )
     if kind == ticks.REFUSED:
         return ConfigError(
-            f"actions of world {w}: must be finite and within the action space; clip them first,"
-            " as torch.clamp does"
+            f"actions of world {w}: must be finite and within the action space; clip them first"
+            " with torch.clamp"
         )
     commanded = task_of(world.scenario).commanded
     command = world.robots["command"][commanded][w, robot].tolist()
     return ConfigError(
-        f"controller '{name_of(w, robot)}', tick {world.worlds['ticks'][w] + 1}, robot {robot}: its"
-        f" {commanded} {command} are not finite, or a weight is not from 0 to 1; mend the layer or"
-        " policy that gives them"
+        f"controller '{name_of(w, robot)}', tick {world.worlds['ticks'][w] + 1}, robot {robot}:"
+        f" its {commanded} {command} are not finite, or a weight is not from 0 to 1; correct the"
+        " layer or policy that computes them"
     )
 
 
@@ -215,7 +215,7 @@ def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
     if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
         return chosen.astype(np.int64)
     raise ConfigError(
-        f"worlds={worlds!r}: must be a mask of {n_worlds}, or different numbers from 0 to"
+        f"worlds={worlds!r}: must be a mask of {n_worlds} worlds, or different indices from 0 to"
         f" {n_worlds - 1}"
     )
 
@@ -253,7 +253,8 @@ def check_fit(old: Sequence[BaseScenario], new: Sequence[BaseScenario]) -> None:
             if wanted != made:
                 raise ConfigError(
                     f"{name}={wanted} in the scenario '{after.name}': the world was made with"
-                    f" {made}, by which its records have their sizes; keep that, or make new worlds"
+                    f" {made}, which determines the sizes of its records; keep {made}, or make"
+                    " new worlds"
                 )
 
 
@@ -391,7 +392,7 @@ def stage_of(scenario: BaseScenario, moved_by: str) -> Stage:
     task = task_of(scenario)
     if task.drawing is None:
         raise ConfigError(
-            f"scenario '{scenario.name}': the task {task.name} has no drawing; take one that"
-            " has, as es1 or waypoints-05"
+            f"scenario '{scenario.name}': the task {task.name} has no drawing; use a scenario"
+            " that has one, such as es1 or waypoints-05"
         )
     return task.drawing[0](scenario, moved_by)

@@ -424,7 +424,7 @@ print(json.dumps({
 @compiled
 def test_a_second_process_compiles_nothing(tmp_path):
     first, said = run_with(tmp_path, SWARM)
-    assert "compiling, once" in said
+    assert "compiling the simulation, once" in said
     assert first["misses"] >= 4
     second, said = run_with(tmp_path, SWARM)
     assert not said

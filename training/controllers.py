@@ -49,11 +49,11 @@ NAMED = (
 )
 
 ABOUT = {
-    "learned-weighting": "a network weighs what is heard, over dsgiff-frequent",
+    "learned-weighting": "a network weights received estimates, over dsgiff-frequent",
     "learned-motion": "a linear policy corrects the motion, over ssgiff",
     "learned-both": "a learned weighting and motion, over dsgiff-penalised",
     "learned-robust": "learned-both with a motion that was trained in many worlds",
-    "learned-sceptical": "a network weighs by who told what and how it turned out",
+    "learned-sceptical": "a network weights by how right the reports of each sender were",
 }
 """Description of each controller."""
 

@@ -129,9 +129,9 @@ class Exchanges:
         gain = (own - torch.minimum(own, copied)).mean()
         if not gain > 0.0:
             raise ConfigError(
-                f"scenario '{name}': in {len(self)} exchanges nobody who knew an area was told"
-                " a better place of it, so that there is nothing to learn; take more --worlds, or"
-                " worlds in which robots meet"
+                f"scenario '{name}': in {len(self)} exchanges no robot that knew an area"
+                " received a better estimate of it, so that there is nothing to learn; use more"
+                " --worlds, or worlds in which robots meet"
             )
         return gain
 

@@ -81,8 +81,8 @@ class Experiment:
             )
         if self.algorithm == "imitation" and self.layer != "weighting":
             raise ConfigError(
-                f"--algorithm=imitation: trains the weighting only, not {self.layer}; what would"
-                " have been right is known of an exchange, not of a motion; use ppo"
+                f"--algorithm=imitation: trains the weighting only, not {self.layer}; the right"
+                " action is known for an exchange, but not for a motion; use ppo"
             )
         self._check_numbers()
         self._check_worlds()
@@ -96,8 +96,8 @@ class Experiment:
             LINEAR_MOTION.numbers_of(policy)
         elif self.base_controller.motion != SubsumptionParameters():
             raise ConfigError(
-                f"--controller={self.controller}: a motion found by cma corrects subsumption as"
-                " it is by default; change no parameter of the motion"
+                f"--controller={self.controller}: cma trains a correction of subsumption with"
+                " its default parameters; change no parameter of the motion"
             )
 
     def _check_numbers(self) -> None:
@@ -108,7 +108,7 @@ class Experiment:
                 f"--held-back={self.held_back}: must be from 1 to {len(HELD_BACK_SEEDS)}"
             )
         if self.population is not None and self.algorithm != "cma":
-            raise ConfigError(f"--population={self.population}: is for cma only")
+            raise ConfigError(f"--population={self.population}: is for --algorithm cma")
         if self.population is not None and self.population < 4:
             raise ConfigError(f"--population={self.population}: must be at least 4")
         with of_option("--"):
@@ -144,8 +144,8 @@ class Experiment:
         for name, features in seen.items():
             if features != seen[first]:
                 raise ConfigError(
-                    f"scenarios '{first}' and '{name}': show other numbers to a policy, so that"
-                    " none fits both; radio.slots decides how many"
+                    f"scenarios '{first}' and '{name}': a policy observes other features in"
+                    " each, so that none fits both; radio.slots determines their number"
                 )
 
     @cached_property
@@ -157,7 +157,7 @@ class Experiment:
             scenario: Scenario = find_scenario(name, {**self.settings, **changes})
             if task_of(scenario).name != "foraging":
                 raise ConfigError(
-                    f"scenario '{scenario.name}': must be one in which robots forage, as es1"
+                    f"scenario '{scenario.name}': must be one in which robots forage, such as es1"
                 )
             scenarios[text] = scenario
         return scenarios
@@ -168,9 +168,9 @@ class Experiment:
         controller = find_controller(self.controller)
         if not isinstance(controller, LayeredController) or "policy" in controller.layers:
             raise ConfigError(
-                f"--controller={self.controller}: must be made of three layers, as ssgikf or"
-                " learned-weighting are; a policy of ppo or of another trainer has only such"
-                " layers beside it, and `swarm-forage train both` trains one for both"
+                f"--controller={self.controller}: must be made of three layers, such as ssgikf"
+                " or learned-weighting; a policy of ppo or of another trainer runs beside such"
+                " layers only, and `swarm-forage train both` trains one policy of both"
             )
         return controller
 

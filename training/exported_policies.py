@@ -39,9 +39,9 @@ class _Exported(PolicyFile):
             except Exception as error:  # onnxruntime's errors have no other base
                 why = reason(ValueError(str(error).strip().rpartition("\n")[2]))
                 raise ConfigError(
-                    f"policy {self.file}: does not take observations of {len(observed)} robots and"
-                    f" {observed.shape[1]} numbers ({why}); say what it was trained with, as in"
-                    " normalise=false"
+                    f"policy {self.file}: does not accept observations of {len(observed)} robots"
+                    f" and {observed.shape[1]} features ({why}); give the keywords of its"
+                    " training, as in normalise=false"
                 ) from None
             is_scores = isinstance(form.action_space, Discrete) and output.ndim == 2
             return np.asarray(output.argmax(1) if is_scores else output)
@@ -68,7 +68,7 @@ class TorchScriptPolicy(_Exported):
                 network = torch.jit.load(str(path), map_location="cpu").eval()  # type: ignore[no-untyped-call]
             except (RuntimeError, ValueError) as error:
                 why = reason(error)
-                raise ConfigError(f"policy {self.file}: is no TorchScript ({why})") from None
+                raise ConfigError(f"policy {self.file}: is not TorchScript ({why})") from None
         run: Callable[[Array], Array] = torch.no_grad()(
             lambda observed: network(torch.from_numpy(observed)).numpy()
         )
@@ -90,7 +90,7 @@ class OnnxPolicy(_Exported):
         try:
             session = onnxruntime.InferenceSession(str(path), options, providers=on_cpu)
         except Exception as error:  # as above
-            raise ConfigError(f"policy {self.file}: is no ONNX ({reason(error)})") from None
+            raise ConfigError(f"policy {self.file}: is not ONNX ({reason(error)})") from None
         inputs = [each.name for each in session.get_inputs()]
         if len(inputs) != 1:
             raise ConfigError(
@@ -107,7 +107,7 @@ class CallablePolicy(PolicyFile):
     Python's path or the current folder.
     """
 
-    n_state: StateSize = Field(0, description="Numbers in the hidden state of a robot; 0: none")
+    n_state: StateSize = Field(0, description="Size of the hidden state of a robot; 0: none")
 
     @property
     def reads(self) -> tuple[Path, ...]:
@@ -134,5 +134,5 @@ class CallablePolicy(PolicyFile):
             raise ConfigError(f"callable {error}") from None
         if not callable(function):
             kind = type(function).__name__
-            raise ConfigError(f"callable '{self.file}': is a {kind}, no function")
+            raise ConfigError(f"callable '{self.file}': is a {kind}, not a function")
         return function

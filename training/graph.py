@@ -50,8 +50,9 @@ class Edges:
         """Describe each feature. ConfigError if the robots of the scenario have no radio."""
         if not isinstance(scenario, EpuckScenario):
             raise ConfigError(
-                f"observation={type(self).__name__}: shows who was heard by radio, and robots of a"
-                f" {type(scenario).__name__} have none; take a scenario of e-pucks, as es1"
+                f"observation={type(self).__name__}: observes received radio messages, but"
+                f" robots of a {type(scenario).__name__} have no radio; use a scenario of"
+                " e-pucks, such as es1"
             )
         n = scenario.radio.slots
         senders = [Feature(f"{SENDER}{k}", "number, from 1", 0.0, len(agents)) for k in range(n)]
@@ -104,8 +105,8 @@ class Graphs:
             )
         if len(env.learners) < len(env.agents):
             raise ConfigError(
-                f"learners={env.config.learners!r}: only learners observe, and each robot is a"
-                " node of the graph; leave learners out"
+                f"learners={env.config.learners!r}: each robot is a node of the graph and must"
+                " observe, but only learners do; leave learners out"
             )
         self.n_robots, self._n_observed = len(env.agents), len(names)
         self._scale = self.n_robots / env.observation_layout[self._senders[0]].high

@@ -196,7 +196,7 @@ class LearnedWeighting(Parameters):
 
     policy: str = Field(
         "weighting",
-        description="The network: a bundled policy, or a file as runs/x/best.safetensors",
+        description="Network: a bundled policy, or a file such as runs/x/best.safetensors",
     )
     architecture: ClassVar[WeightingNetwork] = EXCHANGE_NETWORK
 
@@ -229,5 +229,5 @@ class LearnedReputation(LearnedWeighting):
 
     policy: str = Field(
         "weighting-sceptical",
-        description="The network: a bundled policy, or a file as runs/x/best.safetensors",
+        description="Network: a bundled policy, or a file such as runs/x/best.safetensors",
     )

@@ -222,7 +222,7 @@ class LearnedMotion(Parameters):
     """A trained policy corrects the motion. Not in the papers: all of it."""
 
     policy: str = Field(
-        "motion", description="The weights: a bundled policy, or a file as runs/x/best.safetensors"
+        "motion", description="Weights: a bundled policy, or a file such as runs/x/best.safetensors"
     )
 
     @property

@@ -51,11 +51,11 @@ class NetworkPolicy(PolicyFile):
     def _loaded(self, form: PolicyForm) -> tuple["Network", Float32[Array, " actions"]]:
         """Return the network and the log standard deviations. ConfigError if they do not fit."""
         if form.action.is_discrete:
-            raise ConfigError(f"policy {self.file}: gives numbers, not choices; leave out discrete")
+            raise ConfigError(f"policy {self.file}: gives continuous actions; leave out discrete")
         weights, sha256 = read_weights(self.path)
         card = self.card()
         if card is not None and card.training is not None and card.training.sha256 != sha256:
-            raise ConfigError(f"policy {self.file}: its card is of other weights")
+            raise ConfigError(f"policy {self.file}: its card belongs to other weights")
         shapes = {name: each.shape for name, each in weights.items()}
         n_hidden = max(sum(name.removesuffix(".bias").isdigit() for name in shapes) - 1, 0)
         hidden = [shapes.get(f"{k}.bias", (0,))[0] for k in range(n_hidden)]

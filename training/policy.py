@@ -79,13 +79,13 @@ class ForeignPolicy(PolicyKeywords):
     """A policy, and the keywords of `parallel_env` under which it was trained."""
 
     discrete: bool | tuple[Count, Count] = Field(
-        False, description="Its actions are choices; 3x5: of 3 speeds times 5 turns"
+        False, description="Whether its actions are choices; 3x5: of 3 speeds times 5 turns"
     )
     observation: str | Sequence[object] = Field(
-        "layer", description="What it observes: layer+previous_action, layer+module:Class"
+        "layer", description="Observations: layer+previous_action, layer+module:Class"
     )
     chance: bool = Field(
-        False, description="It acts stochastically, as in training, by a stream of each robot"
+        False, description="Whether it acts stochastically, as in training; a stream for each robot"
     )
 
     @field_validator("discrete", mode="before")
@@ -127,9 +127,9 @@ class ForeignPolicy(PolicyKeywords):
     def pilot(self, form: PolicyForm) -> Pilot:
         """Return the policy for compilation with the world. ConfigError if Python must call it."""
         raise ConfigError(
-            f"policy {self.source}: Python calls it; what runs without Python are networks that"
-            " swarm-forage train has saved (network:FILE), and those of PPO and A2C of"
-            " stable-baselines3 whose layers are dense (sb3:FILE)"
+            f"policy {self.source}: runs in Python only; networks that swarm-forage train has"
+            " saved (network:FILE), and those of PPO and A2C of stable-baselines3 whose layers"
+            " are dense (sb3:FILE), run without Python"
         )
 
 
@@ -160,7 +160,7 @@ def started_function(function: Callable[..., object], n_state: int, source: str)
         if after.shape != states.shape or not is_real:
             raise ConfigError(
                 f"policy {source}: gives states {after.shape} of {after.dtype}; must be finite"
-                f" numbers of float32 {states.shape}, the robots and n_state"
+                f" float32 numbers of shape {states.shape}, robots by n_state"
             )
         return output[0], after
 
@@ -178,7 +178,7 @@ def as_array(output: object, refusal: str) -> Array:
 class PolicyFile(ForeignPolicy):
     """Policy in a file."""
 
-    file: str = Field("", description="The file")
+    file: str = Field("", description="File of the policy")
 
     @property
     def path(self) -> Path:
@@ -212,7 +212,7 @@ class FunctionPolicy(ForeignPolicy):
     """A Python function that maps observations of the robots of a world to their actions."""
 
     function: Callable[..., object] | None = None
-    n_state: StateSize = Field(0, description="Numbers in the hidden state of a robot; 0: none")
+    n_state: StateSize = Field(0, description="Size of the hidden state of a robot; 0: none")
 
     def start(self, form: PolicyForm) -> Started:
         """Start the function."""

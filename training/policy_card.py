@@ -104,8 +104,8 @@ def card_from(text: str | bytes, where: str) -> PolicyCard:
         return PolicyCard.model_validate_json(text)
     except ValidationError as error:
         raise ConfigError(
-            f"card {where}: {reason(error)}; take it away, and say what the policy was trained"
-            " with, as in decision_period=5"
+            f"card {where}: {reason(error)}; remove it, and give the keywords of the policy's"
+            " training, as in decision_period=5"
         ) from None
 
 

@@ -94,8 +94,8 @@ class PolicyController(LayeredController):
         form = self.form(scenario)
         if self.policy.chance or form.additions or form.config.stack > 1:
             raise ConfigError(
-                f"policy {self.policy.source}: Python calls a policy that is stochastic or"
-                " observes more than its layer does in a tick; leave out chance=true, or take one"
+                f"policy {self.policy.source}: runs in Python only, because it is stochastic or"
+                " observes more than its layer does in a tick; leave out chance=true, or use one"
                 " that observes its layer alone, without stack"
             )
         return self.policy.pilot(form)
@@ -138,7 +138,8 @@ class PolicyController(LayeredController):
             terms["controller"] = self.name_of_layers()
         return (
             f"policy {self.policy.source} has no card: assuming {as_keywords(terms)}; if it was"
-            f" trained with others, say so: {self.name}:{self.policy.source},decision_period=5"
+            " trained with others, give them:"
+            f" {self.name}:{self.policy.source},decision_period=5"
         )
 
     def form(self, scenario: BaseScenario) -> PolicyForm:
@@ -163,14 +164,14 @@ class PolicyController(LayeredController):
             bare = find_controller(card.controller.partition(":")[0])
             parts = bare.layers.values() if isinstance(bare, LayeredController) else ()
             if not parts or any(hasattr(type(part), "reads") for part in parts):
-                raise ConfigError(f"controller '{card.controller}': is not of hand-written layers")
+                raise ConfigError(f"controller '{card.controller}': must be of hand-written layers")
             parameters = parse_controller(card.controller)[1]
             if parameters.keys() & REGISTRIES.keys():
-                raise ConfigError(f"controller '{card.controller}': must be a name and its numbers")
+                raise ConfigError(f"controller '{card.controller}': must be a name and parameters")
             return bare.with_parameters(parameters)
         except (ConfigError, UnknownNameError) as error:
             raise ConfigError(
-                f"policy {self.policy.source}: on its card is no controller to run it beside"
+                f"policy {self.policy.source}: its card names no controller to run it beside"
                 f" ({error}); name one, as in {self.name}:{self.policy.source},controller=ssgiff"
             ) from None
 
@@ -240,14 +241,16 @@ def _check_named(
         kind = each.removesuffix(WITH_ARGUMENTS)
         if kind != each and (named is None or kind in observation_name(named).split("+")):
             raise ConfigError(
-                f"policy {policy.source}: observed by {each} in training, which {kind}() is not;"
-                " write a subclass that needs no arguments, and where you trust its module name"
-                f" it, as in {name}:{policy.source},observation=layer+module:Class"
+                f"policy {policy.source}: observed by {each} in training, and {kind}() without"
+                " these arguments observes something else; write a subclass that needs no"
+                " arguments, and if you trust its module, name it, as in"
+                f" {name}:{policy.source},observation=layer+module:Class"
             )
     if ":" in trained and named is None:
         raise ConfigError(
-            f"policy {policy.source}: observes by a class of its trainer's; where you trust its"
-            f" module, name it: {name}:{policy.source},observation={trained}"
+            f"policy {policy.source}: observes by a class of its trainer, which is imported only"
+            " if it is named; if you trust its module, name it:"
+            f" {name}:{policy.source},observation={trained}"
         )
 
 
@@ -261,6 +264,6 @@ def _check_observes(policy: ForeignPolicy, card: PolicyCard, form: PolicyForm) -
     for k, (old, new) in enumerate(zip_longest(*features, fillvalue="nothing")):
         if old != new:
             raise ConfigError(
-                f"policy {policy.source}: number {k} of its observations was {old} in training"
-                f" and is {new} here; take the scenario and the keywords that it was trained with"
+                f"policy {policy.source}: feature {k} of its observations was {old} in training"
+                f" and is {new} here; use the scenario and the keywords of its training"
             )

@@ -161,7 +161,7 @@ class Policy:
 
     def _layer(self, layer: LayerName) -> LayerCard:
         if layer not in self.card.layers:
-            raise self._refusal(f"takes the place of {self.card.layer}, not of {layer}")
+            raise self._refusal(f"replaces the {self.card.layer}, not the {layer}")
         return self.card.layers[layer]
 
     def _refusal(self, why: str) -> ConfigError:
@@ -265,7 +265,7 @@ def load_policy(policy: str | Path) -> Policy:
     except ValidationError as error:
         raise ConfigError(f"card {card_file}: {reason(error)}") from None
     if card.sha256 != sha256:
-        raise ConfigError(f"policy {file}: its card {card_file} is of other weights")
+        raise ConfigError(f"policy {file}: its card {card_file} belongs to other weights")
     for name in weights:
         if name.partition(".")[0] not in card.layers:
             raise ConfigError(f"policy {file}: array '{name}' belongs to no layer of its card")

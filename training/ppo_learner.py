@@ -214,8 +214,8 @@ class PPOLearner:
         self.policy = self.policies[0]
         if self.policy.n_state and hyperparameters.rows_together > 1:
             raise ConfigError(
-                f"rows_together={hyperparameters.rows_together}: a network with memory takes whole"
-                " rows, one by one; leave it out"
+                f"rows_together={hyperparameters.rows_together}: a network with memory is"
+                " trained on whole rows, one by one; leave it out"
             )
         is_dense = len(policies) > 1 or ActorCritics.fits(policies)
         self._networks = ActorCritics(policies) if is_dense else self.policy
@@ -388,13 +388,13 @@ class PPOLearner:
         counts, n_acting = acts.flatten()[groups].all(2), int(acts.sum())
         if int(counts.sum()) * groups.shape[2] != n_acting:
             raise ConfigError(
-                "step_on='exchange': actions of some rows count that go together, and of others do"
-                " not; take a network without memory, and rows_together=1"
+                "step_on='exchange': rows that go together must act in the same steps; use a"
+                " network without memory, and rows_together=1"
             )
         if n_acting < 2:
             raise ConfigError(
-                f"step_on='exchange': {n_acting} exchanges in a rollout, which is too few to learn"
-                " from; take more robots or worlds"
+                f"step_on='exchange': {n_acting} exchanges in a rollout, which is too few to"
+                " learn from; use more robots or worlds"
             )
         return groups, None if n_acting == acts.numel() else counts
 

@@ -94,7 +94,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         """Make `num_envs` worlds; `envs` give RLlib the spaces of each."""
         super().__init__()
         self.env = env = ArrayEnv(**options, n_worlds=num_envs)
-        env.check_keeps_step("leave SwarmEnvRunner out, or take num_envs_per_env_runner=1")
+        env.check_keeps_step("leave SwarmEnvRunner out, or use num_envs_per_env_runner=1")
         self.num_envs, self.envs = num_envs, list(envs)
         self.single_observation_spaces = dict.fromkeys(env.learners, env.observation_space)
         self.single_action_spaces = dict.fromkeys(env.learners, env.action_space)
@@ -192,8 +192,8 @@ def save_policies(algorithm: Algorithm, folder: str | Path) -> list[Path]:
     config = algorithm.config
     if config._env_to_module_connector is not None:
         raise ConfigError(
-            "env_to_module_connector: changes what a module observes, which its file cannot tell;"
-            " leave it out: observations lie in [-1, 1] as they are"
+            "env_to_module_connector: changes what a module observes, which its file cannot"
+            " record; leave it out: observations lie in [-1, 1] as they are"
         )
     options = dict(config.env_config)
     scenario, controller = options.pop("scenario", "es1"), options.pop("controller", None)

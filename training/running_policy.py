@@ -36,8 +36,8 @@ class PolicyActor:
         self._source, self._chance = policy.source, policy.chance
         if self._chance and not started.has_distribution:
             raise ConfigError(
-                f"policy {self._source}: chance=true: tells no distribution of its actions, only"
-                " the actions; leave it out"
+                f"policy {self._source}: chance=true: the policy gives actions only, and no"
+                " distribution of them; leave it out"
             )
         self._action, self._space = form.action, form.action_space
         self._actions = Actions([form.agents[robot] for robot in robots], form.action)
@@ -102,7 +102,7 @@ class RunningForeignPolicy:
     def check_on_gpu(self) -> None:
         """Raise ConfigError: the policy runs on a CPU only."""
         raise ConfigError(
-            "device='cuda': policies of other trainers run on a CPU only; take device='cpu'"
+            "device='cuda': policies of other trainers run on a CPU only; use device='cpu'"
         )
 
     def call_rules(self) -> None:

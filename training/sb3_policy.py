@@ -192,7 +192,7 @@ Chosen = tuple[type["BasePolicy"], dict[str, Any]]  # the class of a policy, and
 class SB3Policy(PolicyFile):
     """A model that stable-baselines3 or sb3-contrib has saved: sb3:model.zip."""
 
-    trust: bool = Field(False, description="Unpickle what the file holds: runs any code in it")
+    trust: bool = Field(False, description="Whether to unpickle the file: runs any code in it")
 
     @property
     def path(self) -> Path:
@@ -295,8 +295,8 @@ class SB3Policy(PolicyFile):
         if not is_known or pickled:
             field = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
-                f"policy {self.file}: its {field} can only be had by unpickling, which runs"
-                f" whatever code is in the file; where you trust it: sb3:{self.file},trust=true"
+                f"policy {self.file}: its {field} can only be read by unpickling, which runs any"
+                f" code in the file; if you trust it: sb3:{self.file},trust=true"
             )
         kind = RecurrentNetwork if saved.module == RECURRENT else Network
         try:
@@ -307,8 +307,8 @@ class SB3Policy(PolicyFile):
         n_weights = network.n_weights(len(form.layout))
         if 4 * n_weights > n_bytes:
             raise ConfigError(
-                f"policy {self.file}: its weights do not fit: policy_kwargs ask for"
-                f" {n_weights:.3g} of them at least, in {n_bytes} bytes"
+                f"policy {self.file}: its weights do not fit: policy_kwargs need at least"
+                f" {n_weights:.3g} of them, and the file has {n_bytes} bytes"
             )
         return vars(import_module(saved.module))[name], network.model_dump(exclude_unset=True)
 
@@ -390,12 +390,12 @@ def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
         return
     joint = tuple(str(len(form.agents) * int(each)) for each in here if each.isdigit())
     if trained == joint:
-        remedy = "It steers all robots at once, and runs in its own environment alone"
+        remedy = "It controls all robots at once, and runs in its own environment only"
     else:
-        remedy = f"Say what it was trained with, as in sb3:{file},{_fitting(form, trained)}"
+        remedy = f"Give the keywords of its training, as in sb3:{file},{_fitting(form, trained)}"
     raise ConfigError(
-        f"policy {file}: maps {trained[0]} numbers to {trained[1]}; under these keywords"
-        f" (learn={form.config.learn}) there are {here[0]}, and {here[1]}. {remedy}"
+        f"policy {file}: maps {trained[0]} numbers to {trained[1]}; with these keywords"
+        f" (learn={form.config.learn}) it must map {here[0]} to {here[1]}. {remedy}"
     )
 
 
@@ -420,9 +420,9 @@ def _check_unchanged(file: str, saved: SavedModel, form: PolicyForm) -> None:
         other += f" from {low[k]:g} to {size:g}"
     if other:
         raise ConfigError(
-            f"policy {file}: {other}. A wrapper such as RescaleAction or VecNormalize is not in the"
-            " zip: train without it, VecNormalize with norm_obs=False; or say what it was trained"
-            f" with, as in sb3:{file},normalise=false"
+            f"policy {file}: {other}. A wrapper such as RescaleAction or VecNormalize is not in"
+            " the zip: train without it, VecNormalize with norm_obs=False; or give the keywords"
+            f" of its training, as in sb3:{file},normalise=false"
         )
 
 

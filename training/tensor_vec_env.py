@@ -100,7 +100,7 @@ class TensorVecEnv:
         """Lower and upper bounds of the actions; ConfigError if actions are choices."""
         space = self.action_space
         if not isinstance(space, Box):
-            raise ConfigError("discrete: PPO in tensors gives numbers, not choices; leave it out")
+            raise ConfigError("discrete: PPO in tensors gives continuous actions; leave it out")
         return tensor_of(space.low).to(self.device), tensor_of(space.high).to(self.device)
 
     @property
@@ -133,17 +133,17 @@ class TensorVecEnv:
         if together < 1 or self.n_rows // n % together:
             raise ConfigError(
                 f"rows_together={together}: must divide the {self.n_rows // n} rows of a policy;"
-                " take the number of robots of a world"
+                " use the number of robots of a world"
             )
         if n == 1:
             return
         if len(self.blocks) > 1 or first.n_worlds % n:
             raise ConfigError(
-                f"{subject}: have equal parts of the worlds of one scenario; take one, and a"
-                f" multiple of {n} worlds"
+                f"{subject}: need equal parts of the worlds of one scenario; use one scenario, and"
+                f" a multiple of {n} worlds"
             )
         if first.config.step_on == "exchange":
-            raise ConfigError(f"{subject}: act in every step; leave step_on='exchange' out")
+            raise ConfigError(f"{subject}: must act in every step; leave step_on='exchange' out")
 
     def reset(self) -> Tensor:
         """Reset all worlds and return the observation of every row."""
@@ -229,7 +229,7 @@ def torch_device(device: str) -> torch.device:
     if not torch.cuda.is_available():
         raise ConfigError(
             f"device='cuda': torch {torch.__version__} finds no GPU; install its build for CUDA,"
-            " or take device='cpu'"
+            " or use device='cpu'"
         )
     return torch.device("cuda")
 
@@ -241,8 +241,8 @@ def worlds_on(device: torch.device | str) -> Device:
         return "cpu"
     if wanted.index:
         raise ConfigError(
-            f"device='{wanted}': worlds run on the first GPU; set CUDA_VISIBLE_DEVICES="
-            f"{wanted.index}, and take device='cuda'"
+            f"device='{wanted}': worlds run on the first GPU; set"
+            f" CUDA_VISIBLE_DEVICES={wanted.index}, and use device='cuda'"
         )
     return "cuda"
 

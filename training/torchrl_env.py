@@ -116,7 +116,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         where = worlds_on(device)
         if where == "cuda" and return_state:
             raise ConfigError(
-                "return_state=True: the state is written on a CPU only; take return_state=False,"
+                "return_state=True: the state is written on a CPU only; use return_state=False,"
                 " or device='cpu'"
             )
         self.array_env = env = ArrayEnv(scenario, n_worlds, controller, stagger, where, **options)

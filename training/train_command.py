@@ -61,12 +61,12 @@ DEFAULT_CONTROLLER = {
 def train(  # noqa: PLR0913 the options of a command
     layer: Annotated[
         Literal["weighting", "motion", "both", "everything"],
-        Argument(help="Layer that the policy replaces; for everything it has a memory."),
+        Argument(help="Layer that the policy replaces; a policy of everything has a memory."),
     ],
     scenarios: Annotated[
         list[str],
         Argument(
-            help="One or more, each with what differs there: es1 es2 es1:radio.frames=50",
+            help="One or more, each with its changed parameters: es1 es2 es1:radio.frames=50",
             metavar="SCENARIO",
         ),
     ],
@@ -78,7 +78,7 @@ def train(  # noqa: PLR0913 the options of a command
             "cma for weighting, else ppo",
         ),
     ] = None,
-    seed: Annotated[int, Option(help="Of the training; the worlds follow from it.")] = 0,
+    seed: Annotated[int, Option(help="Seed of the training, which determines its worlds.")] = 0,
     out: Annotated[
         Path | None,
         FileOption(
@@ -86,28 +86,29 @@ def train(  # noqa: PLR0913 the options of a command
             show_default="runs/train-<layer>-<algorithm>",
         ),
     ] = None,
-    workers: Annotated[int, Option(help="Processes to run worlds in; for ppo, threads.")] = 2,
+    workers: Annotated[int, Option(help="Number of processes; for ppo, of threads.")] = 2,
     budget: Annotated[
         int | None,
-        _option("How long: generations (cma), rounds (imitation) or robot steps (ppo).", 0),
+        _option("Length: generations (cma), rounds (imitation) or robot steps (ppo).", 0),
     ] = None,
     every: Annotated[
         int | None,
-        _option("Evaluate on held-back seeds so often: generations, rounds or steps.", 1),
+        _option("Interval of evaluations on held-back seeds: generations, rounds or steps.", 1),
     ] = None,
     worlds: Annotated[
         int | None,
         _option(
-            "Parallel worlds: for each candidate in each scenario (cma), or of the smallest swarm"
-            " (imitation, ppo).",
+            "Number of parallel worlds: for each candidate in each scenario (cma), or of the"
+            " smallest swarm (imitation, ppo).",
             2,
         ),
     ] = None,
     held_back: Annotated[
-        int, Option(help="Held-back seeds of an evaluation, in each scenario.")
+        int, Option(help="Number of held-back seeds of an evaluation, in each scenario.")
     ] = 10,
     population: Annotated[
-        int | None, _option("Candidates of a generation (cma).", "4 + 3 ln(number of weights)")
+        int | None,
+        _option("Candidates of a generation (cma).", "4 + 3 ln(number of weights)"),
     ] = None,
     controller: Annotated[
         str | None,
@@ -120,7 +121,7 @@ def train(  # noqa: PLR0913 the options of a command
     settings: EverySettingsOption = None,
     physics: Annotated[str, Option(help="Engine: rigid or kinematic.")] = "rigid",
     device: Annotated[
-        str, Option(help="cpu, or cuda for worlds, and for ppo the learner, on a GPU.")
+        str, Option(help="cpu, or cuda for worlds, and with ppo the learner, on a GPU.")
     ] = "cpu",
     backend: BackendOption = "joblib",
     address: AddressOption = None,
@@ -138,7 +139,10 @@ def train(  # noqa: PLR0913 the options of a command
 
     algorithm = algorithm or ("cma" if layer == "weighting" else "ppo")
     if controller and layer == "everything":
-        raise ConfigError(f"--controller={controller}: runs the other layers; there are none")
+        raise ConfigError(
+            f"--controller={controller}: runs the layers beside the policy, of which everything"
+            " leaves none; leave it out"
+        )
     own = f"{algorithm} of {layer}"
     kind = own if own in USUAL else algorithm
     if (device, algorithm) == ("cuda", "ppo") and layer in ("motion", "both"):
@@ -166,7 +170,7 @@ def train(  # noqa: PLR0913 the options of a command
         raise ConfigError(f"--backend={backend}: runs worlds on CPUs; leave out --device={device}")
     experiment.check()
     if backend != "joblib" and experiment.algorithm != "cma":
-        raise ConfigError(f"--backend={backend}: is for --algorithm cma")
+        raise ConfigError(f"--backend={backend}: needs --algorithm cma")
     spread = find_backend(backend, experiment.workers, address=address)
     with lock_folder(experiment.out):
         outcome = _run(experiment, spread)
@@ -235,27 +239,28 @@ def dataset(  # noqa: PLR0913 the options of a command
         list[str],
         Argument(
             metavar="POLICY...",
-            help="Controllers as in evaluate, policies of other trainers too (sb3:model.zip); and"
+            help="Controllers as in evaluate, policies of other trainers (sb3:model.zip), or"
             " random: uniform in the action space of the environment's defaults, over the layers"
             " of ssgikf.",
             autocompletion=controller_names,
         ),
     ],
-    episodes: Annotated[int, Option(help="Episodes of each policy.")] = 10,
+    episodes: Annotated[int, Option(help="Number of episodes of each policy.")] = 10,
     seed: Annotated[
         int | None,
         Option(
-            help="Seed of the first; the others count up from it.", show_default="10000, no test's"
+            help="Seed of the first episode; the others count up from it.",
+            show_default="10000, used by no test",
         ),
     ] = None,
     learners: Annotated[
         int | None,
-        Option(help="Robots to keep of each episode, each from start to end.", show_default="all"),
+        Option(help="Robots to record of each episode, from start to end.", show_default="all"),
     ] = None,
     out: Annotated[
         Path | None,
         FileOption(
-            metavar="FOLDER", help="Where to (Parquet).", show_default="runs/<scenario>-transitions"
+            metavar="FOLDER", help="Folder (Parquet).", show_default="runs/<scenario>-transitions"
         ),
     ] = None,
     settings: SettingsOption = None,

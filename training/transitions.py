@@ -82,8 +82,8 @@ def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
     tables, cards = zip(*map(_read_file, files), strict=True)
     if len({(card.keywords.model_dump_json(), card.observes) for card in cards}) > 1:
         raise ConfigError(
-            f"transitions {folder}: of policies that do not observe and act alike; record each"
-            " scenario into a folder of its own"
+            f"transitions {folder}: policies in it differ in observations or actions; record"
+            " each scenario into a folder of its own"
         )
     rows = [len(table) for table in tables]
     names = np.repeat(np.array([_policy_of(file) for file in files], object), rows)
@@ -105,9 +105,9 @@ def _files(folder: Path, policy: str | None) -> list[Path]:
             continue
         if episode in files:
             raise ConfigError(
-                f"transitions {folder}: {files[episode].name} and {file.name} are one episode under"
-                " other numbers or another version of the code; remove one, or record again into"
-                " another folder"
+                f"transitions {folder}: {files[episode].name} and {file.name} are one episode"
+                " with other parameters or another version of the code; remove one, or record"
+                " again into another folder"
             )
         files[episode] = file
     if not files:
@@ -153,7 +153,7 @@ class RandomPolicy(ForeignPolicy):
         """Start the policy: the normal distribution function makes uniform values of the draws."""
         space = form.action_space
         if not isinstance(space, Box):
-            raise ConfigError("policy random: draws numbers, not choices; leave out discrete")
+            raise ConfigError("policy random: draws continuous actions; leave out discrete")
         low, high = space.low, space.high
         return Started(
             lambda observed, draws, states: (low + (high - low) * ndtr(draws), states),
@@ -205,9 +205,8 @@ class Recording:
         if isinstance(controller, PolicyController):
             if controller.policy.learn != "motion":
                 raise ConfigError(
-                    f"policy '{self.configuration.label}': takes the place of"
-                    f" {controller.policy.learn}, which stands in no card; only policies of the"
-                    " motion are recorded"
+                    f"policy '{self.configuration.label}': replaces {controller.policy.learn},"
+                    " which no card can name; only policies of the motion are recorded"
                 )
             controller = replace(controller.hand_written, name=controller.name_of_layers())
         return card_of(checked_parts(self.configuration.scenario, controller, self.keywords))
@@ -254,8 +253,8 @@ class Recording:
             observed[:, :, tick + 1], rewards[:, :, tick], *_ = env.step(actions[:, :, tick])
         if not np.array_equal(loop.world.robots["pose"], env.world.robots["pose"]):
             raise ConfigError(
-                f"policy '{config.label}': its commands alone do not repeat the episode, so that"
-                " they are not its actions; leave it out"
+                f"policy '{config.label}': its commands alone do not repeat the episode, so they"
+                " are not its actions; leave it out"
             )
         worlds = zip(seeds, observed, actions, rewards, strict=True)
         return [self._table(seed, robots, each) for seed, *each in worlds]

@@ -3,10 +3,10 @@
 A liar sends a false location; a stale robot repeats its first message. Their beliefs are unchanged.
 
 Not in the papers, and chosen here:
-- a liar lies about the areas that it would tell of, and speaks when it would speak;
-- a stale robot keeps the first message in which it tells of an area, and goes on telling that place
-  in its own frame, with the p of then;
-- the error ellipse that goes with a lie is a circle of the p told.
+- a liar falsifies the areas that it would report, and sends messages when it would send them;
+- a stale robot keeps the first message in which it reports an area, and repeats that place in its
+  own frame, with the p of that time;
+- the error ellipse sent with a lie is a circle whose radius is the reported p.
 """
 
 from baselines.estimators.belief import SocialMind

@@ -202,16 +202,16 @@ class Localisation(Parameters):
     Among e-pucks: Smith et al. 2021 (BOIDS), Section 2, over Gutierrez et al. 2009 (TR), Section 5.
 
     Not in the papers, and chosen here:
-    - an e-puck has neither compass nor map: what it estimates are the places of nest and prey in a
-      frame of its own, each with an error ellipse, and the area under it is its landmark;
-    - neighbours exchange and merge as in social odometry, one partner at a time;
-    - dead reckoning tells nobody anything;
+    - an e-puck has neither compass nor map: it estimates the places of nest and prey area in its
+      own frame, each with an error ellipse, and the area under it is its landmark;
+    - neighbours exchange and merge estimates as in social odometry, one partner at a time;
+    - with dead reckoning robots do not communicate;
     - covariance intersection merges two ellipses with the weight of the fast form for circles,
       p_i^2 / (p_i^2 + p_j^2);
     - the decentralised EKF keeps the cross-covariance of its own estimate and each partner's since
-      their last exchange, in its own frame, and takes it into the gain. An exchange may end for one
-      robot and break off for the other, so that each corrects itself alone, and a partner's own
-      corrections in between are not known.
+      their last exchange, in its own frame, and includes it in the gain. An exchange may end for
+      one robot and break off for the other, so that each robot corrects only itself, without
+      knowing the partner's own corrections in between.
     """
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
@@ -219,7 +219,8 @@ class Localisation(Parameters):
     kernels: ClassVar[Mapping[str, Kernel]]
     setting: Literal["authors", "corrected"] = Field(
         "corrected",
-        description="What made the paper's figures (waypoints only), or textbook filters (chosen)",
+        description="Filters: those of the paper's figures (waypoints only), or of textbooks"
+        " (chosen)",
     )
 
     def layer(self, scenario: Scenario | WaypointsScenario) -> EstimatorLayer:
@@ -231,7 +232,7 @@ class Localisation(Parameters):
             return self.waypoints_layer(scenario)
         if self.setting != "corrected":
             raise ConfigError(
-                f"setting='{self.setting}': is of robots that visit waypoints, not of"
+                f"setting='{self.setting}': is for robots that visit waypoints, not for"
                 f" {scenario.name}; leave it out"
             )
         return self.foraging_layer(scenario)

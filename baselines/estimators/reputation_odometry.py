@@ -6,16 +6,16 @@ for the reputations: the probability that a robot sends a right estimate is beta
 its counts of right and of wrong estimates.
 
 Not in the papers, and chosen here:
-- the weighting may be asked about areas that the robot does not know, too (`weighs_unknown`): what
-  was told is copied if its weight is at least one half, and else remembered only;
-- what was told is right if it lies within `slack` of where the area was found, and `drift` of the
-  path in between wider, as the gate of `validation_gate`;
-- it is found out when the robot enters the area, when it gets lost at the place where it should
-  be, or at once if the robot stood on the area itself within the last `sure_within` of its path;
-- what was told more than `remembers_within` of path ago neither counts nor is found out;
-- robots are identified by the number that they broadcast, which nobody forges;
-- reputations are the robot's own: nobody tells them;
-- all that `sceptical_odometry` chose.
+- the weighting can also apply to areas that the robot does not know (`weighs_unknown`): a received
+  estimate is copied if its weight is at least one half, and otherwise only remembered;
+- a received estimate is right if it lies within `slack` of the place where the area was found, plus
+  `drift` times the path in between, as in the gate of `validation_gate`;
+- the robot judges it when it enters the area, when it gets lost at the place where the area should
+  be, or at once if it stood on the area itself within the last `sure_within` of its path;
+- an estimate received more than `remembers_within` of path ago neither counts nor is judged;
+- robots are identified by the number that they broadcast, which no robot forges;
+- each robot keeps its reputations to itself: they are not exchanged;
+- all choices of `sceptical_odometry`.
 """
 
 import math
@@ -241,20 +241,20 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
 
     weighs_unknown: bool = Field(
         False,
-        description="The estimate of an area that the robot does not know is copied if the"
-        " weighting gives it at least one half; false: if a second witness confirms it (chosen)",
+        description="Whether the estimate of an area that the robot does not know is copied if"
+        " its weight is at least one half; false: if a second witness confirms it (chosen)",
     )
     slack: NotNegative = Field(
-        0.3, description="A received estimate may be this far off and be right [m] (chosen)"
+        0.3, description="Largest error at which a received estimate counts as right [m] (chosen)"
     )
     drift: NotNegative = Field(
-        0.05, description="And this much farther for each metre travelled since (chosen)"
+        0.05, description="Growth of this error for each metre travelled since (chosen)"
     )
     sure_within: NotNegative = Field(
         4.0,
-        description="An estimate is judged by the own place of the area within this path from the"
-        " area [m] (chosen)",
+        description="Path from an area within which its own place of it judges received"
+        " estimates [m] (chosen)",
     )
     remembers_within: NotNegative = Field(
-        12.0, description="What was told is remembered for this path [m] (chosen)"
+        12.0, description="Path for which received estimates are remembered [m] (chosen)"
     )

@@ -6,11 +6,11 @@ Reports 13), for the second witness: sceptical robots keep a location pending un
 sends it too.
 
 Not in the papers, and chosen here:
-- what needs a witness is an area that the robot does not know: of one that it knows, the weighting
-  rule decides, as the `validation_gate`;
-- a robot keeps one pending place of each area, the one told last, in its own frame; another robot
-  confirms it with a place within `agreement` of it, which is the one that is taken over;
-- all that `social_odometry` chose.
+- only an area that the robot does not know needs a witness: for a known one the weighting rule
+  decides, such as `validation_gate`;
+- a robot keeps one pending place of each area, the last one received, in its own frame; another
+  robot confirms it with a place within `agreement` of it, and the robot copies that second place;
+- all choices of `social_odometry`.
 """
 
 from collections.abc import Mapping
@@ -81,5 +81,6 @@ class ScepticalOdometryParameters(SocialOdometryParameters):
 
     agreement: NotNegative = Field(
         0.3,
-        description="Two robots agree that place an area within this of each other [m] (chosen)",
+        description="Largest distance between two reported places of an area that confirm each"
+        " other [m] (chosen)",
     )

@@ -221,8 +221,8 @@ class CovarianceFilterParameters(SocialOdometryParameters):
         for name in ("message_path", "tells_within", "listens_above", "payload"):
             if getattr(self, name) != type(self).model_fields[name].default:
                 raise ValueError(
-                    f"{name}: is of paths, and this estimator tells covariances; use it with"
-                    " social_odometry, as in ssgiff"
+                    f"{name}: applies to path lengths, but this estimator exchanges covariances;"
+                    " use it with social_odometry, as in ssgiff"
                 )
         return self
 

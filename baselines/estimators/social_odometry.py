@@ -5,18 +5,19 @@ Gutierrez et al. 2009 (TR), Sections 4 and 5; Gutierrez et al. 2008 (ANTS), Sect
 Not in the paper, and chosen here:
 - an exchange lasts the radio's exchange time and averages what the partner says in it, each
   message weighted by its frames; one partner at a time, drawn by the radio's random slots;
-- after an exchange everybody is ignored for `pause`, and the same partner for `refractory`:
-  a filter that shrinks p at each of many exchanges makes a crowd sure of a wrong place;
-- a robot does not stop for a message that tells it nothing it could use;
+- after an exchange a robot ignores all robots for `pause`, and the same partner for `refractory`:
+  if p shrinks at each of many exchanges, a crowd becomes confident of a wrong place;
+- a robot does not stop for a message that holds nothing of use to it;
 - on its way a single filter sends only the estimate of the area it comes from (TR 6.1.2 says
   why the other one harms);
 - the point stored on entering an area is its centre, if the robot was heading there;
-- how near to the believed centre is "there", and how far it then looks on, before it is lost;
+- the distance from the believed centre that counts as "there", and the path of the search that
+  follows before the robot is lost;
 - a robot that just got lost ignores messages for `deaf_when_lost`;
-- optionally, a message costs precision (`message_path`), a robot on its way does not tell of an
-  area that it is unsure of (`tells_within`), which ends rumours, and does not stop for an area that
-  it is sure of (`listens_above`); in the papers none of these;
-- a robot that was told of an area without having visited any heads for the nearer one.
+- optionally, a message costs precision (`message_path`), a robot on its way does not report an area
+  whose p is large (`tells_within`), which ends rumours, and does not stop for an area whose p is
+  small (`listens_above`); the papers have none of these;
+- a robot that received an area before it visited any heads for the nearer one.
 """
 
 import math
@@ -142,51 +143,51 @@ class SocialOdometryParameters(Parameters):
     kernels: ClassVar[Mapping[str, Kernel]] = KERNELS
     own_rule: ClassVar[SGIKF | Covariance] = SGIKF()
 
-    speaks: bool = Field(True, description="Broadcast at all; false for no communication")
+    speaks: bool = Field(True, description="Whether robots broadcast; false: no communication")
     double: bool = Field(
         False,
-        description="Exchange both areas; false: tell where it comes from, correct where it goes."
-        " TR 6.1 (published)",
+        description="Whether both areas are exchanged; false: a robot reports the one that it"
+        " comes from, and corrects the one that it heads for. TR 6.1 (published)",
     )
     first_hand: bool = Field(
         True,
-        description="Tell of an area only having stood on it since last lost; false: pass on what"
-        " was told as well. TR 4.1 (published)",
+        description="Whether a robot reports an area only if it has stood on it since it was"
+        " last lost; false: it passes on received estimates, too. TR 4.1 (published)",
     )
     message_path: NotNegative = Field(
         0.0,
-        description="What is heard counts as if its sender had gone this much farther, for a"
-        " message costs precision too [m]. 0: TR 4.2 (published)",
+        description="Path added to that of a received estimate, because a message costs"
+        " precision, too [m]. 0: TR 4.2 (published)",
     )
     tells_within: NotNegative = Field(
         0.0,
-        description="Knowing both areas, it tells of one only while its own p is at most this [m];"
-        " 0: always, as in TR 5.2 (published)",
+        description="Largest own p at which a robot that knows both areas reports one [m]; 0: it"
+        " always does, as in TR 5.2 (published)",
     )
     listens_above: NotNegative = Field(
         0.0,
-        description="It stops for estimates of an area that it knows only while its own p of it"
-        " is at least this [m]; 0: always, as in TR 5.2 (published)",
+        description="Smallest own p at which a robot stops for estimates of an area that it"
+        " knows [m]; 0: it always does, as in TR 5.2 (published)",
     )
     payload: Literal["float32", "int16", "int8"] = Field(
         "float32",
-        description="Distance, direction and p are sent as words of this many bits, rounded, as a"
-        " board sends them. Not in the papers (chosen)",
+        description="Type of the words that hold distance, direction and p in a message, rounded"
+        " as on a board. Not in the papers (chosen)",
     )
     refractory: NotNegative = Field(
-        20.0, description="A partner is not talked to again for this long [s] (derived)"
+        20.0, description="Time before a robot talks to the same partner again [s] (derived)"
     )
     pause: NotNegative = Field(
-        15.0, description="After an exchange nobody is listened to for this long [s] (derived)"
+        15.0, description="Time after an exchange in which a robot listens to nobody [s] (derived)"
     )
     deaf_when_lost: NotNegative = Field(
-        5.0, description="A robot that got lost ignores messages for this long [s] (derived)"
+        5.0, description="Time for which a robot that got lost ignores messages [s] (derived)"
     )
     lost_within: Positive = Field(
-        0.05, description="This near to the believed centre is there [m] (derived)"
+        0.05, description="Distance from the believed centre that counts as there [m] (derived)"
     )
     overshoot: NotNegative = Field(
-        0.18, le=1.0, description="Being there, it looks straight on for this path [m] (derived)"
+        0.18, le=1.0, description="Path to search straight ahead, once there [m] (derived)"
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:

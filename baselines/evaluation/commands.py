@@ -29,15 +29,15 @@ def evaluate(  # noqa: PLR0913 the options of a command
     controllers: Annotated[
         list[str],
         Argument(
-            help="Names, with parameters if need be: ssgiff:beta=0.02,refractory=10; or layers:"
-            " social_odometry+sgiff+subsumption",
+            help="Controllers, with optional parameters: ssgiff:beta=0.02,refractory=10; or"
+            " layers: social_odometry+sgiff+subsumption",
             autocompletion=controller_names,
         ),
     ],
-    episodes: Annotated[int, Option(help="Episodes for each controller.")] = 30,
+    episodes: Annotated[int, Option(help="Number of episodes for each controller.")] = 30,
     seed: FirstSeedOption = 0,
     workers: Annotated[
-        int | None, Option(help="Processes to run them in.", show_default="2; 1 for a GPU")
+        int | None, Option(help="Number of worker processes.", show_default="2; 1 for a GPU")
     ] = None,
     threads: ThreadsOption = 1,
     out: Annotated[
@@ -51,7 +51,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     settings: SettingsOption = None,
     physics: PhysicsOption = None,
     form: Annotated[
-        Literal["table", "json", "csv"], Option("--format", help="How to write the result.")
+        Literal["table", "json", "csv"], Option("--format", help="Format of the result.")
     ] = "table",
     series: Annotated[bool, Option("--series", help="Add the time series to JSON.")] = False,
     trajectories: Annotated[
@@ -66,8 +66,8 @@ def evaluate(  # noqa: PLR0913 the options of a command
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
     All controllers run under the same seeds. Finished blocks of episodes are written to --out,
-    and the bar counts their episodes. The same command later runs only what is missing: a stopped
-    run repeats at most the unfinished blocks, one for each worker.
+    and the progress bar counts their episodes. The same command later runs only what is missing:
+    a stopped run repeats at most the unfinished blocks, one for each worker.
     """
     from baselines.evaluation import tables
     from baselines.evaluation.evaluate_options import EvaluateOptions
@@ -118,7 +118,7 @@ def plot(  # noqa: PLR0913 the options of a command
         str,
         Argument(
             metavar="KIND",
-            help="What to draw: one of the above.",
+            help="Kind of figure: one of the above.",
             autocompletion=completion_of(FIGURE_NAMES),
         ),
     ],
@@ -126,29 +126,30 @@ def plot(  # noqa: PLR0913 the options of a command
         list[str],
         Argument(
             metavar="DATASET",
-            help="Folders that evaluate or reproduce has written; cards for learning,"
-            " controllers for weights.",
+            help="Folders written by evaluate or reproduce; for learning, policy cards; for"
+            " weights, controllers.",
         ),
     ],
     out: Annotated[
-        list[Path], FileOption(metavar="FILE", help="A .png, .pdf or .svg file; may be repeated.")
+        list[Path],
+        FileOption(metavar="FILE", help="File: .png, .pdf or .svg; may be repeated."),
     ],
     scenarios: Annotated[
         list[str] | None,
-        Option("--scenario", metavar="NAME", help="Only this one; may be repeated."),
+        Option("--scenario", metavar="NAME", help="Draw only this scenario; may be repeated."),
     ] = None,
     controllers: Annotated[
         list[str] | None,
         Option(
             "--controller",
             metavar="NAME",
-            help="Only this one: ssgiff, or ssgiff:beta=0.01; may be repeated.",
+            help="Draw only this controller: ssgiff, or ssgiff:beta=0.01; may be repeated.",
         ),
     ] = None,
     metric: Annotated[
         str | None,
         Option(
-            help="Of boxplot, curve and table: messages, on_path_share, ...",
+            help="Metric of boxplot, curve and table: messages, on_path_share, ...",
             show_default="the score",
         ),
     ] = None,
@@ -156,13 +157,17 @@ def plot(  # noqa: PLR0913 the options of a command
         str | None,
         Option(
             metavar="NAME",
-            help="Of curve: beta, task.n_robots, ...",
-            show_default="the one number that varies",
+            help="Parameter on the x axis of curve: beta, task.n_robots, ...",
+            show_default="the one that varies",
         ),
     ] = None,
-    seed: Annotated[int | None, Option(min=0, help="Of paths.", show_default="the first")] = None,
+    seed: Annotated[
+        int | None,
+        Option(min=0, help="Seed, for paths.", show_default="the first"),
+    ] = None,
     style: Annotated[
-        PageStyleName, Option(help="As broad as a page, or as a column of a paper.")
+        PageStyleName,
+        Option(help="screen: as wide as a page; paper: as wide as a column of a paper."),
     ] = "screen",
     caption: Annotated[
         bool, Option("--caption", help="Draw the caption, with command and code, below the panels.")
@@ -178,7 +183,7 @@ def plot(  # noqa: PLR0913 the options of a command
 
     **recruitment**: share of the robots that have visited both areas, over time.
 
-    **table**: motion by localisation.
+    **table**: the metric of each motion with each localisation.
 
     **paths**: a map of the robots' positions, from the files of evaluate --trajectories; without
     them one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
@@ -218,7 +223,7 @@ def watch(  # noqa: PLR0913 the options of a command
         list[str],
         Argument(
             metavar="CONTROLLER",
-            help="A name, with parameters if need be: ssgiff:beta=0.02; of two, --html shows both"
+            help="A controller, with optional parameters: ssgiff:beta=0.02; --html shows two"
             " side by side.",
             autocompletion=controller_names,
         ),
@@ -227,15 +232,16 @@ def watch(  # noqa: PLR0913 the options of a command
     settings: SettingsOption = None,
     physics: PhysicsOption = None,
     speed: Annotated[
-        float | None, Option(help="Multiple of real time.", show_default="10; 1 with --drive")
+        float | None,
+        Option(help="Speed, times real time.", show_default="10; 1 with --drive"),
     ] = None,
     select: Annotated[int | None, Option(help="Robot whose belief is drawn, from 0 on.")] = None,
-    start: Annotated[float, Option(help="Show from this time of the episode on [s].")] = 0.0,
+    start: Annotated[float, Option(help="Time of the episode to start from [s].")] = 0.0,
     seconds: Annotated[
-        float | None, Option(help="Length shown [s].", show_default="to its end")
+        float | None, Option(help="Duration to show [s].", show_default="to the end")
     ] = None,
     drive: Annotated[
-        int | None, Option(help="Drive this robot yourself: hold the arrow keys in the window.")
+        int | None, Option(help="Index of a robot to drive with the arrow keys in the window.")
     ] = None,
     size: Annotated[int, Option(help="Width of the picture [px].")] = 720,
     video: Annotated[Path | None, FileOption(help="Write a video: .mp4 or looping .gif.")] = None,
@@ -263,7 +269,9 @@ def play(
     scenario: ScenarioArgument,
     controllers: Annotated[
         list[str],
-        Argument(metavar="CONTROLLER", help="One, or two.", autocompletion=controller_names),
+        Argument(
+            metavar="CONTROLLER", help="One or two controllers.", autocompletion=controller_names
+        ),
     ],
     html: Annotated[Path, FileOption(help="The page to write: .html.")],
     settings: SettingsOption = None,

@@ -35,23 +35,29 @@ def controller_names(incomplete: str) -> list[str]:
 ScenarioArgument = Annotated[
     str,
     Argument(
-        help="A name (see `swarm-forage list`) or a .toml file.", autocompletion=scenario_names
+        help="Scenario: a name (see `swarm-forage list`) or a .toml file.",
+        autocompletion=scenario_names,
     ),
 ]
 
-FirstSeedOption = Annotated[int, Option(help="Seed of the first; the others count up from it.")]
+FirstSeedOption = Annotated[
+    int, Option(help="Seed of the first episode; the others count up from it.")
+]
 
-WorkersOption = Annotated[int, Option(help="Processes to run them in.")]
+WorkersOption = Annotated[int, Option(help="Number of worker processes.")]
 
-ThreadsOption = Annotated[int, Option(help="Threads that the worlds of a process are spread over.")]
+ThreadsOption = Annotated[int, Option(help="Number of threads for the worlds of a process.")]
 
 SettingsOption = Annotated[
-    list[str] | None, Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario.")
+    list[str] | None,
+    Option("--set", metavar="NAME=VALUE", help="Set a parameter of the scenario; may be repeated."),
 ]
 
 EverySettingsOption = Annotated[
     list[str] | None,
-    Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
+    Option(
+        "--set", metavar="NAME=VALUE", help="Set a parameter of every scenario; may be repeated."
+    ),
 ]
 
 PhysicsOption = Annotated[
@@ -67,8 +73,8 @@ def path(text: str | Path) -> Path:
     """
     if "://" in str(text):  # a default is already a path
         raise typer.BadParameter(
-            f"{text}: must be a file or folder of this machine; write it here, then copy it to the"
-            " address"
+            f"{text}: must be a file or folder on this machine; write it here, then copy it to"
+            " the address"
         )
     return Path(text)
 
@@ -77,12 +83,13 @@ FileOption = partial(Option, parser=path)
 """Option that names a local file or folder to write."""
 
 DeviceOption = Annotated[
-    Literal["cpu", "cuda"], Option(help="cpu, or cuda for worlds on a GPU: the same episodes.")
+    Literal["cpu", "cuda"],
+    Option(help="Device of the worlds: cpu, or cuda for a GPU; the episodes are the same."),
 ]
 
 BackendOption = Annotated[
     Literal["joblib", "ray"],
-    Option("--backend", help="joblib: processes of this machine. ray: those of a cluster."),
+    Option("--backend", help="joblib: processes on this machine; ray: processes on a cluster."),
 ]
 
 AddressOption = Annotated[
@@ -90,7 +97,7 @@ AddressOption = Annotated[
     Option(
         "--address",
         metavar="HOST:PORT",
-        help="A running Ray cluster; auto: the one of this machine.",
+        help="Address of a running Ray cluster; auto: the one on this machine.",
         show_default="a local one, started for this command",
     ),
 ]
@@ -111,7 +118,7 @@ def find_backend(
     check_count("--threads", threads)
     if name == "joblib":
         if address is not None:
-            raise ConfigError(f"--address={address}: is for --backend ray")
+            raise ConfigError(f"--address={address}: needs --backend ray")
         from baselines.evaluation.backends import JoblibBackend
 
         return JoblibBackend(workers, threads, device=device)

@@ -41,7 +41,7 @@ def check_file(option: str, file: Path, endings: Collection[str]) -> None:
     try:
         if not file.parent.exists():
             file.parent.mkdir(parents=True)
-            say(f"{option} {file}: made the folder {file.parent}")
+            say(f"{option} {file}: created the folder {file.parent}")
         file.open("ab").close()
         if not existed:
             file.unlink()
@@ -93,7 +93,10 @@ def error_message(error: Exception, program: str | None) -> tuple[str, int] | No
     if isinstance(error, ConfigError | UnknownNameError):
         return str(error), WRONG_INPUT
     if isinstance(error, BrokenExecutor):
-        return "a worker was ended from outside; the same command goes on from here", FAILED
+        return (
+            "a worker process was killed; the same command resumes from here",
+            FAILED,
+        )
     if isinstance(error, OSError):
         return file_reason(error), FAILED
     if not hasattr(error, "format_message"):  # the parser's errors have one

@@ -168,7 +168,7 @@ class Dataset:
         except DamagedFileError as damage:
             damaged_file = file.with_name(f"_{file.name}{DAMAGED}")
             self.rename(file, damaged_file)
-            LOGGER.warning("%s: %s; set aside, the episode is run again", damaged_file, damage)
+            LOGGER.warning("%s: %s; renamed so, and the episode is run again", damaged_file, damage)
             return None
 
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
@@ -287,8 +287,8 @@ class RemoteDataset(Dataset):
             from fsspec.core import url_to_fs
         except ModuleNotFoundError:
             raise ConfigError(
-                f"--out {address}: needs the package fsspec: pip install fsspec s3fs, or what else"
-                " reads such addresses"
+                f"--out {address}: needs the package fsspec: pip install fsspec s3fs, or another"
+                " package that reads such addresses"
             ) from None
         try:
             self._store, path = url_to_fs(address)

@@ -103,9 +103,10 @@ class EpisodeGroup:
         parameters = json.loads(self.parameters)
         if parameters.get("policy.trust") or ":" in str(parameters.get("policy.observation")):
             raise ConfigError(
-                f"dataset of '{self.label()}': asks to trust {parameters.get('policy.file')!r},"
-                " whose code would be run; plot what needs no policy, as boxplot, or the"
-                " trajectories that evaluate --trajectories keeps"
+                f"dataset of '{self.label()}': has a policy with trust=true,"
+                f" {parameters.get('policy.file')!r}, whose code is not run for a plot; draw a"
+                " figure that needs no policy, such as boxplot, or trajectories stored by"
+                " evaluate --trajectories"
             )
         controller = find_layered_controller(self.controller).with_parameters(parameters)
         return ExperimentConfig(self.label(), self.model(), controller, self.physics)
@@ -163,8 +164,8 @@ def _files(source: str) -> list[Path]:
     """Return the files of episodes in a folder, without other files; ConfigError if none."""
     if "://" in source:
         raise ConfigError(
-            f"dataset {source}: must be a folder of this machine; copy its episodes into one,"
-            " as `aws s3 sync` does"
+            f"dataset {source}: must be a folder on this machine; copy its episodes into one,"
+            " for example with `aws s3 sync`"
         )
     folder = Path(source)
     paths = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
@@ -182,8 +183,8 @@ def _in_folder(file: Path, field: str) -> str:
         if part.startswith(f"{field}="):
             return unquote(part.partition("=")[2])
     raise ConfigError(
-        f"dataset file {file}: not in a folder {field}=...; name a folder that swarm-forage"
-        " evaluate or reproduce has written"
+        f"dataset file {file}: is in no folder named {field}=...; name a folder that"
+        " swarm-forage evaluate or reproduce has written"
     )
 
 

@@ -51,7 +51,7 @@ def run_episodes(  # noqa: PLR0913 which episodes, how they are run and observed
             engine or controller does not run there.
     """
     if observer is not None and device != "cpu":
-        raise ConfigError(f"device={device!r}: an observer looks at every tick on a CPU alone")
+        raise ConfigError(f"device={device!r}: an observer looks at every tick, on a CPU only")
     start = time.perf_counter()
     world = cast(BaseScenario, scenario)
     loop, running = _begun(world, controller, seeds, physics, threads, device)

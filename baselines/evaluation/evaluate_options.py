@@ -48,9 +48,11 @@ class EvaluateOptions:
         configurations, seeds = self.configurations(), self.seeds()
         scenario = configurations[0].scenario
         if trajectories and device != "cpu":
-            raise ConfigError(f"--trajectories: are recorded on a CPU; leave out --device={device}")
+            raise ConfigError(
+                f"--trajectories: are recorded on a CPU only; leave out --device={device}"
+            )
         if trajectories and "://" in str(out):
-            raise ConfigError(f"--trajectories: need a folder of this machine as --out, not {out}")
+            raise ConfigError(f"--trajectories: need a folder on this machine as --out, not {out}")
         if trajectories:
             _ = kind_of(task_of(scenario))
         with of_option("--"):
@@ -122,7 +124,7 @@ def check_device(device: Device, physics: str) -> None:
     """Raise ConfigError unless the device is usable and runs the engine."""
     if device == "cuda" and physics != "kinematic":
         raise ConfigError(
-            f"device=cuda: the engine {physics} runs on a CPU only, as it asks a library; add"
+            f"device=cuda: the engine {physics} calls a library that runs on a CPU only; add"
             " --physics=kinematic"
         )
     if device == "cuda":

@@ -129,7 +129,7 @@ def find_layered_controller(controller: str) -> LayeredController:
     """
     layered = find_controller(controller, references=True)
     if not isinstance(layered, LayeredController):
-        raise ConfigError(f"controller '{controller}': only one made of layers can be evaluated")
+        raise ConfigError(f"controller '{controller}': must be made of layers to be evaluated")
     return layered
 
 

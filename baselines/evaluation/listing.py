@@ -159,8 +159,8 @@ EXAMPLES = ("radio.max_range", "task.tolerance")
 """Parameters that an example of a change uses, if the scenario has them."""
 
 SCENARIO_SCORES = (
-    "score: round trips under ssgikf, share gathered under gather, goals of a robot\n"
-    f"under boids-adaptive; mean of {EPISODES} episodes"
+    "score: round trips with ssgikf, share gathered with gather, goals per robot"
+    f" with\nboids-adaptive; mean of {EPISODES} episodes"
 )
 
 CONTROLLER_SCORES = f"score: round trips on es1, mean of {EPISODES} episodes"
@@ -172,17 +172,19 @@ def overview_tables() -> Group:
     for name in SCENARIOS:
         task, about = SCENARIOS[name].task, SCENARIOS.about(name)
         scenarios.add_row(name, str(task.n_robots), f"{task.duration:g}", _score(name), about)
-    layers = _table("layer", "joined to a controller, as social_odometry+sgikf+subsumption")
+    layers = _table(
+        "layer", "names; three of them make a controller: social_odometry+sgikf+subsumption"
+    )
     for layer, registry in REGISTRIES.items():
         layers.add_row(layer, ", ".join(registry))
     return Group(
         scenarios, Text(SCENARIO_SCORES), Text(),
         _controllers("controller", CONTROLLERS), Text(CONTROLLER_SCORES), Text(),
-        Text("References, which know the truth: to compare with, not to use"),
+        Text("References know the ground truth: for comparison only"),
         _controllers("reference", REFERENCES), Text(),
         _named("engine", ENGINES), Text(), _named("policy", POLICIES, ":FILE"), Text(),
         layers, Text(),
-        Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
+        Text("All parameters of one entry: swarm-forage list es1, swarm-forage list ssgiff"),
     )  # fmt: skip
 
 
@@ -197,7 +199,7 @@ def detail_table(name: str) -> Group:
             cells = each.name, _shown(each.value), each.unit, each.origin, each.meaning
             table.add_row(*map(Text, cells))
         parts += [heading, table, Text()]
-    return Group(*parts, Text(f"Change one in evaluate with {_way(name, listed)}"))
+    return Group(*parts, Text(f"To set one in evaluate: {_way(name, listed)}"))
 
 
 def _controllers(kind: str, registry: Registry[PartT]) -> Table:

@@ -90,13 +90,15 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     calls, a controller without estimator. ModuleNotFoundError without ziglang.
     """
     if len(chosen.controllers) > MAX_CONTROLLERS:
-        raise ConfigError(f"{len(chosen.controllers)} controllers: a page shows {MAX_CONTROLLERS}")
+        raise ConfigError(
+            f"{len(chosen.controllers)} controllers: a page shows at most {MAX_CONTROLLERS}"
+        )
     configurations = chosen.configurations()
     first = configurations[0]
     if not isinstance(first.scenario, Scenario):
         raise ConfigError(
-            f"scenario '{first.scenario.name}': a page runs only worlds that forage, as es1; watch"
-            " --html writes a replay of any"
+            f"scenario '{first.scenario.name}': a page runs foraging scenarios only, such as"
+            " es1; watch --html writes a replay of any scenario"
         )
     stage = stage_of(first.scenario, first.label)
     every = max(1, round(FRAME / stage.tick))
@@ -197,8 +199,9 @@ def _changed(configuration: ExperimentConfig, changes: Mapping[str, object]) -> 
     loop = Loop(scenario, layers, [0], "kinematic")
     if not loop.controller.compiled.has_beliefs:
         raise ConfigError(
-            f"controller '{controller.name}': a page draws what robots believe, and where a policy"
-            " is everything they have no estimator; take one of the motion or of the weighting"
+            f"controller '{controller.name}': a page draws the beliefs of robots, and with a"
+            " policy of learn='everything' they have no estimator; use a policy of the motion or"
+            " of the weighting"
         )
     return Choice(loop, pilot, settings)
 

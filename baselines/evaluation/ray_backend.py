@@ -115,7 +115,7 @@ def _check_answers(address: str) -> None:
 def _no_cluster(address: str | None) -> ConfigError:
     return ConfigError(
         f"--address={address}: no Ray cluster answers there that has this version of Ray and of"
-        " Python; `ray start --head` starts one and tells its address"
+        " Python; `ray start --head` starts one and prints its address"
     )
 
 

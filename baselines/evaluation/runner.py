@@ -207,7 +207,7 @@ def check_kept(plan: Plan) -> None:
             names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
             more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
             raise OSError(
-                f"{dataset.name}: {len(missing)} of {total} episodes are not there any more:"
+                f"{dataset.name}: {len(missing)} of {total} episodes no longer exist:"
                 f" {names}{more}; the results above count them, and the same command runs them"
                 " again where it needs them"
             )

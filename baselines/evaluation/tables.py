@@ -123,7 +123,7 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
     note = f"n = {len(first)}: the mean, and below it its 95 % interval."
     counts = [len(present_values(each, m)) for each in groups.values() for m in always]
     if any(0 < count < len(first) for count in counts):
-        note += "\nn = k of n: the others are left out, as those whose recruitment did not end."
+        note += "\nn = k of n: the others have no value, as where recruitment did not end."
     parts.append(Text(note, style="dim"))
     if len(groups) > 1:
         heading = f"\n{kind.score_words} against {head.controller}"

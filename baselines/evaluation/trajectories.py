@@ -62,7 +62,7 @@ def trajectory_schema(kind: TrajectoryKind) -> pa.Schema:
 def kind_of(task: Task) -> TrajectoryKind:
     """Return the columns that a task records of its robots; ConfigError if it records none."""
     if task.trajectory is None:
-        raise ConfigError(f"--trajectories: the task {task.name} keeps none of its robots")
+        raise ConfigError(f"--trajectories: the task {task.name} records none")
     return task.trajectory
 
 

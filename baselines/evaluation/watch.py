@@ -179,8 +179,8 @@ def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     files = options.video or options.html or options.frame
     if options.drive is not None and (options.start or files):
         raise ConfigError(
-            f"--drive={options.drive}: a robot is driven in a window, from the start on; leave out"
-            " --start, --video, --html and --frame"
+            f"--drive={options.drive}: a robot is driven in a window, from the start of an"
+            " episode; leave out --start, --video, --html and --frame"
         )
     if not 0.0 <= options.start < stage.duration:
         raise ConfigError(

@@ -38,8 +38,8 @@ def check_for_argos(exported: ExportedRobot) -> None:
     scenario = exported.scenario
     if exported.n_robots > MAX_ROBOTS:
         raise ConfigError(
-            f"{exported.n_robots} robots: a message for ARGoS has room for numbers below"
-            f" {MAX_ROBOTS}; take fewer: --set task.n_robots=50"
+            f"{exported.n_robots} robots: a message for ARGoS has room for robot numbers below"
+            f" {MAX_ROBOTS}; use fewer robots: --set task.n_robots=50"
         )
     for feature, is_present in {
         "faulty robots": scenario.faults.is_any,
@@ -47,8 +47,8 @@ def check_for_argos(exported: ExportedRobot) -> None:
     }.items():
         if is_present:
             raise ConfigError(
-                f"--argos: scenario '{scenario.name}' has {feature}, and the experiment would not;"
-                " take a scenario without, as es1"
+                f"--argos: scenario '{scenario.name}' has {feature}, which an ARGoS experiment"
+                " leaves out; use a scenario without, such as es1"
             )
 
 

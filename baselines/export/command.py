@@ -17,23 +17,23 @@ from baselines.evaluation.common_options import (
 def export(
     controller: Annotated[
         str,
-        Argument(help="A name, with parameters if need be.", autocompletion=controller_names),
+        Argument(help="Controller, with optional parameters.", autocompletion=controller_names),
     ],
     target: Annotated[
         Literal["cortex-m4", "cortex-a", "x86-64", "wasm32"],
-        Option(help="The kind of processor: the e-puck 2 has a Cortex-M4."),
+        Option(help="Processor of the machine code; the e-puck 2 has a Cortex-M4."),
     ] = "cortex-m4",
     scenario: Annotated[
-        str, Option(help="Whose numbers it has.", autocompletion=scenario_names)
+        str, Option(help="Scenario whose parameters the code has.", autocompletion=scenario_names)
     ] = "es1",
     settings: SettingsOption = None,
     argos: Annotated[
         bool,
-        Option("--argos", help="Write an experiment for ARGoS 3 too, with its controller in C++."),
+        Option("--argos", help="Also write an experiment for ARGoS 3, with a controller in C++."),
     ] = False,
     out: Annotated[
         Path | None,
-        FileOption(help="Folder of the files.", show_default="runs/export-<controller>"),
+        FileOption(help="Folder to write the files to.", show_default="runs/export-<controller>"),
     ] = None,
 ) -> None:
     """Write the controller of one robot as machine code, with a header and an example for C.

@@ -206,7 +206,7 @@ def _check_room(exported: ExportedRobot, weight: Weight) -> None:
     for kind, n_bytes in bytes_of.items():
         if n_bytes > (capacity := CHIP[kind]):
             raise ConfigError(
-                f"controller '{exported.name}' takes {n_bytes} bytes of {kind} in scenario"
-                f" '{exported.scenario.name}', and an STM32F407 has {capacity}; fewer robots take"
-                " less: --set task.n_robots=50"
+                f"controller '{exported.name}' needs {n_bytes} bytes of {kind} in scenario"
+                f" '{exported.scenario.name}', but an STM32F407 has {capacity}; use fewer robots:"
+                " --set task.n_robots=50"
             )

@@ -99,7 +99,7 @@ class ExportedRobot:
         """Build the layers; ConfigError if the controller or the scenario cannot be exported."""
         if not isinstance(scenario, Scenario):
             raise ConfigError(
-                f"scenario {scenario.name!r}: must be one in which robots forage, as es1"
+                f"scenario {scenario.name!r}: must be one in which robots forage, such as es1"
             )
         self.name, self.scenario, self._controller = controller.name, scenario, controller
         self._pilot, layers = pilot_and_layers(controller, scenario)
@@ -111,22 +111,22 @@ class ExportedRobot:
         self.payload: Mapping[str, Field] = {"words": PolicyMessages.fields["words"]}
         """Fields of a message."""
         self._run: Kernel = run_policy
-        reasons = {"it knows the truth": is_privileged(controller)}
+        reasons = {"it knows the ground truth": is_privileged(controller)}
         if compiled.has_beliefs:
             own = controller.estimator.layer(scenario)
-            reasons["its estimator keeps something of each pair of robots"] = own.shared is not None
-            reasons["its estimator takes in with a template of its own"] = (
+            reasons["its estimator stores data of each pair of robots"] = own.shared is not None
+            reasons["its estimator receives messages by a template of its own"] = (
                 own.observe is not observe_world
             )
             kind = cast(type[Record], own.mind.fields["message"].kind)
             self.message, self.payload, self._run = "message", kind.fields, run_robot
         is_called = loop.controller.has_rules or not compiled.firsts
-        reasons["a layer of it is called by Python"] = is_called
+        reasons["one of its layers is Python code"] = is_called
         for reason, holds in reasons.items():
             if holds:
                 raise ConfigError(
-                    f"controller '{controller.name}' cannot be exported, as {reason}; take"
-                    " another one, as ssgikf"
+                    f"controller '{controller.name}' cannot be exported, because {reason}; use"
+                    " another one, such as ssgikf"
                 )
         self._functions, self.noise = compiled.functions, compiled.noise
         first_mind, first_memory = compiled.firsts

@@ -37,7 +37,7 @@ from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.records import Readings, Situation
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
-STATIC = "of static gains. BOIDS, authors' code (code)"
+STATIC = "with static gains. BOIDS, authors' code (code)"
 
 ALIGN, SEPARATE, COHERE, HOME, GOAL = range(5)
 """Indices of the rules in `Ways` and `Gains`."""
@@ -229,17 +229,17 @@ class BoidsParameters(Parameters):
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
     gains: Literal["goal", "static", "adaptive"] = Field(
-        "adaptive", description="Goal alone, the fixed gains below, or those of Eq. 33-37"
+        "adaptive", description="Gains: of the goal alone, fixed as below, or of Eq. 33-37"
     )
-    alignment: NotNegative = Field(1.0, description=f"K_a {STATIC}")
-    separation: NotNegative = Field(1.0, description=f"K_s {STATIC}")
-    cohesion: NotNegative = Field(1.0, description=f"K_c {STATIC}")
-    homing: NotNegative = Field(1.0, description=f"K_h {STATIC}")
-    seeking: NotNegative = Field(1.0, description=f"K_g {STATIC}")
+    alignment: NotNegative = Field(1.0, description=f"Gain K_a of alignment {STATIC}")
+    separation: NotNegative = Field(1.0, description=f"Gain K_s of separation {STATIC}")
+    cohesion: NotNegative = Field(1.0, description=f"Gain K_c of cohesion {STATIC}")
+    homing: NotNegative = Field(1.0, description=f"Gain K_h of homing {STATIC}")
+    seeking: NotNegative = Field(1.0, description=f"Gain K_g of the goal {STATIC}")
     trust: Positive = Field(
         10.0,
-        description="Where robots forage, p of the goal at which nothing is trusted any more: a"
-        " path [m], or of the covariance filters a standard deviation [m] (chosen)",
+        description="In foraging, p of the goal at which trust in it has fallen to zero [m]: a"
+        " path, or a standard deviation of the covariance filters (chosen)",
     )
 
     @property

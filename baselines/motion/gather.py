@@ -82,9 +82,9 @@ class Gather(SubsumptionParameters):
     """
 
     tasks: ClassVar[tuple[str, ...]] = ("epuck",)
-    stop: Share = Field(0.1, description="Chance to stop on black floor, in a tick (chosen)")
+    stop: Share = Field(0.1, description="Probability of a stop on black floor in a tick (chosen)")
     leave: Share = Field(
-        0.002, description="Chance to leave black floor in a tick, nobody being near (chosen)"
+        0.002, description="Probability of leaving black floor in a tick, when alone (chosen)"
     )
 
     def layer(self, scenario: EpuckScenario) -> MotionLayer:

@@ -203,24 +203,24 @@ class SubsumptionParameters(Parameters):
     """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders."""
 
     avoidance: Literal["tangential", "literal"] = Field(
-        "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"
+        "tangential", description="Way around the obstacle, or opposite to it as in TR 5.1"
     )
     gap: Positive = Field(
-        0.011, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
+        0.011, le=0.05, description="Distance below which obstacles are avoided [m] (derived)"
     )
     sector: Positive = Field(
         math.radians(100.0),
         le=math.pi,
-        description="Obstacles farther than this off the heading are let be [rad] (derived)",
+        description="Angle off the heading above which obstacles are ignored [rad] (derived)",
     )
     swerve: Positive = Field(
         math.radians(100.0),
         le=math.pi,
         description="New course, measured from the obstacle's bearing [rad] (derived)",
     )
-    hold: NotNegative = Field(0.0, description="The new course is held for this long [s] (derived)")
+    hold: NotNegative = Field(0.0, description="Duration of the new course [s] (derived)")
     creep: Share = Field(
-        0.15, description="Least forward share of the speed while avoiding (derived)"
+        0.15, description="Smallest forward share of the speed while avoiding (derived)"
     )
     mean_run: Positive = Field(
         0.33, description="Mean straight run of the random walk [m] (derived)"

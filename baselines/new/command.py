@@ -42,21 +42,21 @@ FOUND_BY_NAME = ("task", "weighting")
 
 
 def new(
-    kind: Annotated[Kind, Argument(help="What it is.")],
-    name: Annotated[str, Argument(help="Of the package, in lower case: my_rule.")],
+    kind: Annotated[Kind, Argument(help="Kind of part.")],
+    name: Annotated[str, Argument(help="Name of the package, in lower case: my_rule.")],
     out: Annotated[
         Path | None,
-        FileOption(help="Its folder, which must not be there.", show_default="<name>"),
+        FileOption(help="Folder to create, which must not exist.", show_default="<name>"),
     ] = None,
 ) -> None:
     """Write a small package with a task, weighting rule, sensor or reward of your own.
 
-    It runs and is tested as it stands: change it from there. Guides say what else there is.
+    It runs and passes its tests as it is: change it from there. The guides describe the rest.
     """
     _check_name(name)
     folder = out or Path(name)
     if folder.exists():
-        raise ConfigError(f"--out={folder}: is there already; name another one, or take it away")
+        raise ConfigError(f"--out={folder}: exists already; name another folder, or remove it")
     made = package_files(kind, name)
     for file, text in made.items():
         target = folder / file
@@ -98,7 +98,7 @@ def _check_name(name: str) -> None:
             f"name '{name}': must be small letters, digits and single underscores, as my_rule"
         )
     if find_spec(name) is not None:
-        raise ConfigError(f"name '{name}': Python has a module of that name; take another one")
+        raise ConfigError(f"name '{name}': Python has a module of that name; choose another")
     for registry in (TASKS, SCENARIOS, WEIGHTING_RULES):
         if name in registry:
-            raise ConfigError(f"name '{name}': a {registry.kind} has that name; take another one")
+            raise ConfigError(f"name '{name}': a {registry.kind} has that name; choose another")

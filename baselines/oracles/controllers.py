@@ -32,7 +32,7 @@ exchange of the papers and with that of `dsgiff-frequent`, which learned weighti
 ABOUT = (
     "ssgiff whose robots know their poses",
     "all robots share one mean of their estimates",
-    "ssgikf that takes the estimate that is truly nearer",
+    "ssgikf that keeps whichever estimate is nearer to the truth",
     "oracle-weighting over the exchange of dsgiff-frequent",
 )
 

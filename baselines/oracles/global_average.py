@@ -175,9 +175,9 @@ class GlobalAverage(SocialOdometryParameters):
 
     through_radio: bool = Field(
         True,
-        description="Beams have the noise of one frame, and all average once in the time of an"
-        " exchange and its pause; false: beams are exact, and all average in every exchange time."
-        " ANTS 5 has one radio for all (derived)",
+        description="Whether beams have the noise of one frame, and all robots average once in"
+        " the time of an exchange and its pause; false: beams are exact, and all average in"
+        " every exchange time. ANTS 5 has one radio for all (derived)",
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:

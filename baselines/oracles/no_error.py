@@ -127,8 +127,8 @@ class PerfectOdometry(SocialOdometryParameters):
 
     exact_beam: bool = Field(
         True,
-        description='Robots measure each other exactly, as they "know accurately"; false: with the'
-        " radio's noise. ANTS 5 (published)",
+        description='Whether robots measure each other exactly, as they "know accurately"; false:'
+        " with the radio's noise. ANTS 5 (published)",
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:

@@ -7,10 +7,10 @@ social odometry. And chosen here:
 - SGIFF has its best beta in these arenas, 0.001 per cm; covariance intersection and dead reckoning
   have the estimator's own gain;
 - p keeps the unit of its filter: a path, or the standard deviation in the worst direction. Adaptive
-  boids trust nothing any more at a p of 10 m, a path, or of 1.3 m, the deviation after a straight
-  path of 10 m; the learned motion was trained with paths, and takes a deviation for a short one;
-- the localisation error is that of the areas that robots know of: who has forgotten an area has no
-  error of it;
+  boids have no trust left at a p of 10 m, a path, or of 1.3 m, the deviation after a straight path
+  of 10 m; the learned motion was trained with paths, and treats a deviation as a short path;
+- the localisation error is that of known areas: a robot that has forgotten an area has no error for
+  it;
 - a pair is better or worse than `ssgikf`, which is subsumption over SGIKF, if its round trips lie
   above or below, and its error below or above, with a Mann-Whitney p below 0.01.
 """

@@ -32,16 +32,19 @@ PAPER_NAMES = (
 
 def reproduce(  # noqa: PLR0913 the options of a command
     paper: Annotated[
-        str, Argument(help="One of the above.", autocompletion=completion_of(PAPER_NAMES))
+        str,
+        Argument(help="Name of a paper or study.", autocompletion=completion_of(PAPER_NAMES)),
     ],
     quick: Annotated[
-        bool, Option("--quick", help=f"{QUICK_EPISODES} replications, less exact.")
+        bool,
+        Option("--quick", help=f"{QUICK_EPISODES} replications: less exact."),
     ] = False,
     episodes: Annotated[
         str | None,
         Option(
             metavar="<N|adaptive>",
-            help="Replications of each experiment, or as many as decide each claim, up to 400.",
+            help="Replications of each experiment; adaptive: as many as decide each claim, up to"
+            " 400.",
             show_default="as in the paper",
         ),
     ] = None,
@@ -63,10 +66,10 @@ def reproduce(  # noqa: PLR0913 the options of a command
     ] = None,
     style: Annotated[
         PageStyleName,
-        Option(help="Figures as broad as a page, or as a paper's column, then as PDF too."),
+        Option(help="screen: figures as wide as a page; paper: as wide as a column, also as PDF."),
     ] = "screen",
     form: Annotated[
-        Literal["table", "json"], Option("--format", help="How to write the claims.")
+        Literal["table", "json"], Option("--format", help="Format of the claims.")
     ] = "table",
     backend: BackendOption = "joblib",
     address: AddressOption = None,

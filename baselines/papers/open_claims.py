@@ -2,9 +2,9 @@
 
 Not in the paper, and chosen here:
 - a claim holds if each of its means, or ratios of means, lies where it says, without a test;
-- for a beta that was not measured the nearest one speaks;
-- a set is checked in other worlds than the search had, with the areas of es3 where SGIKF comes
-  nearest to the published round trips, of four distances, and those of ANTS where today's are.
+- a beta that was not measured has the results of the nearest one;
+- a set is checked in worlds that the search did not use. In es3 the areas have the distance, of
+  four, at which SGIKF comes nearest to the published round trips; in ANTS they have today's.
 """
 
 import math

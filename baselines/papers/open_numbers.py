@@ -228,12 +228,15 @@ app = typer.Typer(name=COMMAND, add_completion=False)
 @app.command()
 @stoppable()
 def command(
-    sets: Annotated[int, Option(min=0, help="Sets in all, those kept included.")] = 0,
-    arenas: Annotated[int, Option(min=0, help="Best of es1 and es2 to measure in all arenas.")] = 0,
+    sets: Annotated[int, Option(min=0, help="Number of sets in all, stored ones included.")] = 0,
+    arenas: Annotated[
+        int,
+        Option(min=0, help="Best of es1 and es2 to measure in all arenas."),
+    ] = 0,
     best: Annotated[int, Option(min=0, help="Best in all arenas to check in other worlds.")] = 0,
-    physics: Annotated[str, Option(help="Engine of these checks.")] = "rigid",
+    physics: Annotated[str, Option(help="Engine of the checks.")] = "rigid",
     seed: Annotated[int, Option(min=0, help="Seed of the search.")] = 0,
-    file: Annotated[Path, FileOption(help="The sets; the page goes beside it.")] = FILE,
+    file: Annotated[Path, FileOption(help="File of the sets; the page goes beside it.")] = FILE,
 ) -> None:
     """Search the numbers that the papers leave open, check the best sets, and write the page.
 

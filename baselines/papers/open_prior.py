@@ -1,7 +1,7 @@
 """Numbers and rules that TR and ANTS leave open: their prior, and the experiments of a set.
 
-Not in the paper: the prior, even within the physical ranges of the texts, or even in the logarithm;
-and the rules that there are to choose from.
+Not in the paper: the prior, uniform or log-uniform within the physical ranges of the texts; and the
+rules to choose from.
 """
 
 import math

@@ -115,7 +115,7 @@ class Reproduction:
     def run_with_progress(self, backend: Backend) -> None:
         """Print the expected time, and run the missing episodes."""
         seconds = expected_seconds(self.plan, backend.workers * backend.threads)
-        say(f"about {format_duration(seconds)} to run, with {backend.workers} at a time")
+        say(f"about {format_duration(seconds)} to run, {backend.workers} episodes at a time")
         run_with_progress(self.plan, backend)
 
     def decide(self, backend: Backend) -> None:

@@ -4,8 +4,8 @@ Not in the papers: the experiment itself, in es1 of the TR. And chosen here:
 - the score is the round trips of the sound robots, for each of them;
 - the engine is `kinematic`, and the seeds are the same for all;
 - robots die, and go stale, after five minutes; all other faults last from the start;
-- liars turn what they would tell by half a turn about themselves, or conspire to tell one false
-  place; both are sure of it (p = 0);
+- liars turn the place that they would report by half a turn about themselves, or conspire to report
+  one false place; both report complete confidence (p = 0);
 - a rule breaks at the smallest share of faulty robots at which its sound robots make fewer than
   half the round trips that they make without faults, with a Mann-Whitney p below 0.01;
 - a rule harms at a share if its sound robots make fewer round trips than those of `nc`, which do

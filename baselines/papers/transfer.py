@@ -4,11 +4,11 @@ Not in the papers: the experiment itself. And chosen here:
 - the worlds are es1 with one thing changed, and the other worlds of two or more areas;
 - the policies are the bundled ones: the ladder keeps the scores of its policies, and not their
   weights;
-- from ten robots on the arena grows with the swarm, as wide for its length as es1's, and the areas
-  stay as far apart; fewer robots have es1's arena;
-- the arena is as much longer as the areas are farther apart, and never shorter;
-- walls and pillars stand half-way between the start and the areas: a pillar 10 cm broad, four of
-  them, walls 60 cm long across the straight way, and walls with a gate 40 cm broad;
+- with more than ten robots the arena grows with the swarm, in the proportions of es1, and the
+  distance of the areas stays the same; fewer robots have the arena of es1;
+- if the areas are farther apart, the arena is longer by the same amount; it is never shorter;
+- walls and pillars stand half-way between the start and the areas: a pillar 10 cm wide, four of
+  them, walls 60 cm long across the straight way, and walls with a gate 40 cm wide;
 - int16: the numbers of a message are rounded to 2^16 steps, as a board sends them;
 - the score is the round trips of all robots, under the same seeds for all;
 - a policy falls below in a world if it makes fewer round trips than `ssgikf`, with a Mann-Whitney p

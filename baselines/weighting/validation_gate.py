@@ -11,9 +11,9 @@ Not in the papers, and chosen here:
 - the gate is as wide as `slack`, for the radio and for the size of an area, and `drift` of the
   paths that both robots have travelled since the area, for their odometry;
 - inside the gate the gain is that of the Social Generalised Induced Kalman Filter;
-- a robot copies the estimate of an area that it does not know, as in all rules: it knows nothing
-  to hold against it;
-- what lies outside the gate is forgotten, however many robots tell it.
+- a robot copies the estimate of an area that it does not know, as in all rules: it has no estimate
+  to compare it with;
+- an estimate outside the gate is discarded, however many robots report it.
 """
 
 from pydantic import Field
@@ -51,10 +51,10 @@ class ValidationGate(Parameters):
     """
 
     slack: NotNegative = Field(
-        0.2, description="Width of the gate of two robots that just left the area [m] (chosen)"
+        0.2, description="Width of the gate for robots that just left the area [m] (chosen)"
     )
     drift: NotNegative = Field(
-        0.05, description="What the gate widens by for each metre travelled since (chosen)"
+        0.05, description="Growth of the gate's width for each metre travelled since (chosen)"
     )
 
     def layer(self, scenario: Scenario) -> WeightingLayer:

@@ -18,7 +18,7 @@ from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import Task
 
-NOT_FINITE = "find what made it: a division by 0, or weights that training has driven too far"
+NOT_FINITE = "find its cause, such as a division by 0, or weights that diverged in training"
 """Advice in the error of an action that is NaN or infinite."""
 
 LEVELS = 3
@@ -114,8 +114,9 @@ class ActionForm:
 def _check_choices(discrete: bool | tuple[int, int], n_choices: int) -> None:
     if n_choices > MAX_CHOICES:
         raise ConfigError(
-            f"discrete={shown(discrete)}: makes {shown(n_choices)} actions; at most {MAX_CHOICES},"
-            " as a network has an output for each; take fewer, or discrete=False for numbers"
+            f"discrete={shown(discrete)}: gives {shown(n_choices)} actions; must give at most"
+            f" {MAX_CHOICES}, because a network has one output for each; choose fewer speeds and"
+            " turns, or discrete=False for continuous actions"
         )
 
 
@@ -124,8 +125,8 @@ def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steerin
         return task.steerings["wheels"]
     if config.residual:
         raise ConfigError(
-            f"action='{config.action}': a correction is added to wheels; take action='wheels', or"
-            " residual=False"
+            f"action='{config.action}': a residual policy corrects wheel speeds; use"
+            " action='wheels', or residual=False"
         )
     if config.action is not None and config.action not in task.steerings:
         raise UnknownNameError("form of action", config.action, task.steerings)
@@ -140,14 +141,15 @@ def _has_reflexes(policy: PolicyInterface, steering: Steering | None, config: En
     if (is_course or config.reflexes) and not policy.walk:
         keyword = f"action='{config.action}'" if is_course else "reflexes=True"
         raise ConfigError(
-            f"{keyword}: cannot be had with learn='{config.learn}' here, where no hand-written"
-            " motion goes on; learn 'motion' in a scenario of foraging, or leave it out"
+            f"{keyword}: needs a hand-written motion beside the policy, and learn='{config.learn}'"
+            " leaves none here; use learn='motion' in a foraging scenario, or leave it out"
         )
     if is_course and config.reflexes is False:
-        raise ConfigError("reflexes=False: action='course' is steered over them; take 'drive'")
+        raise ConfigError("reflexes=False: action='course' is steered by reflexes; use 'drive'")
     if config.residual and config.reflexes is not None:
         raise ConfigError(
-            "reflexes: a correction is added to a motion that has its own; leave one out"
+            "reflexes: a residual policy corrects a hand-written motion, which has reflexes"
+            " itself; leave out reflexes or residual"
         )
     if config.reflexes is not None:
         return config.reflexes
@@ -201,7 +203,7 @@ class Actions:
 
     def _complaint(self, actions: object) -> Exception:
         if not isinstance(actions, Mapping):
-            return ConfigError(f"actions={actions!r}: must be a dictionary, agent to action")
+            return ConfigError(f"actions={actions!r}: must be a dictionary from agent to action")
         for agent in actions:
             if agent not in self._agents:
                 return UnknownNameError("agent", str(agent), self._agents)
@@ -211,7 +213,7 @@ class Actions:
             complaint = self._complaint_about(actions[agent])
             if complaint:
                 return ConfigError(f"action of {agent}: {complaint}")
-        return ConfigError("actions: must be arrays of one and the same kind of number")
+        return ConfigError("actions: must be arrays of one number type for all agents")
 
     def _complaint_about(self, action: object) -> str:
         layout = self.form.layout
@@ -225,7 +227,7 @@ class Actions:
             return f"shape {array.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
         for feature, value, as_given in zip(layout, array, np.asarray(action), strict=True):
             if not feature.low <= value <= feature.high:
-                advice = "clip it first, as numpy.clip does" if np.isfinite(value) else NOT_FINITE
+                advice = "clip it first with numpy.clip" if np.isfinite(value) else NOT_FINITE
                 return (
                     f"{feature.name}={as_given!s}: must be from {feature.low:g} to {feature.high:g}"
                     f" [{feature.unit}]; {advice}"
@@ -246,7 +248,7 @@ def as_array(actions: object) -> Array:
     try:
         return np.asarray(actions)
     except (RuntimeError, TypeError, ValueError) as error:
-        advice = "give numbers of float32, or choices of int64"
+        advice = "use float32 for continuous actions, int64 for discrete ones"
         raise ConfigError(f"actions={shown(actions)}: {error}; {advice}") from None
 
 

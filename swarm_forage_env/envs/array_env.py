@@ -269,7 +269,7 @@ class ArrayEnv:
         why = "stagger=True" if self._is_staggered else f"step_on='{self.config.step_on}'"
         if self.n_worlds > 1 and why != "step_on='tick'":
             raise ConfigError(
-                f"{why}: worlds end at different times, and here they are reset together; {instead}"
+                f"{why}: worlds end at different times, but are reset together here; {instead}"
             )
 
     def check(self) -> None:
@@ -375,8 +375,9 @@ class ArrayEnv:
         for name, value in self._fixed_options.items():
             if options[name] != value:
                 raise ConfigError(
-                    f"restore(): the snapshot is of an environment of other options, where {name}"
-                    f" is {options[name]!r}, and here {value!r}; make one with the same"
+                    f"restore(): the snapshot is of an environment with other options: {name} is"
+                    f" {options[name]!r} there and {value!r} here; make an environment with the"
+                    " same options"
                 )
         self.loop.restore(loop)
         self._decisions.restore(decisions)
@@ -454,7 +455,7 @@ array_env = ArrayEnv
 
 
 def _check_on_gpu(config: EnvConfig, form: PolicyForm) -> None:
-    refused = "runs on a CPU only; leave it out, or take device='cpu'"
+    refused = "runs on a CPU only; leave it out, or use device='cpu'"
     if not isinstance(config.reward, str):
         raise ConfigError(f"reward={config.reward!r}: {refused}")
     for part, *_ in form.additions:

@@ -28,8 +28,9 @@ class PolicyKeywords(Parameters):
     )
     residual: Share = Field(
         0.0,
-        description="Share of the policy's wheel speeds, times two, that is added to those of the"
-        " hand-written motion; true: 1; 0: the policy replaces the motion. For `motion` and `both`",
+        description="Gain of a residual policy: twice this share of its wheel speeds is added to"
+        " those of the hand-written motion; true: 1; 0: the policy replaces the motion. For"
+        " `motion` and `both`",
     )
     action: str | None = Field(
         None,
@@ -38,12 +39,12 @@ class PolicyKeywords(Parameters):
     )
     reflexes: bool | None = Field(
         None,
-        description="The hand-written motion stops the robot while it talks and avoids obstacles,"
-        " in every tick; the policy drives otherwise. False: the policy alone drives. None: true"
-        " for `drive` and `course`",
+        description="Whether the hand-written motion stops the robot during an exchange and"
+        " avoids obstacles, in every tick, while the policy drives otherwise; false: the policy"
+        " alone drives. None: true for `drive` and `course`",
     )
     walk: bool = Field(
-        True, description="A robot without a goal observes the direction of its random walk"
+        True, description="Whether a robot without a goal observes the direction of its random walk"
     )
     sharpest_turn: Annotated[Positive, Field(le=1.0)] = Field(
         0.3,
@@ -52,26 +53,26 @@ class PolicyKeywords(Parameters):
     )
     discrete: bool | tuple[Count, Count] = Field(
         False,
-        description="Discrete actions: true for a few, `(n, m)` for n speeds times m turns; at most"
-        f" {MAX_CHOICES:,}",
+        description="Discrete actions: true for the default choices, `(n, m)` for n speeds times"
+        f" m turns; at most {MAX_CHOICES:,}",
     )
     observation: object = Field(
-        "layer", description="What is observed: a name, a class of your own, or a list of them"
+        "layer", description="Observation: a name, a class of your own, or a list of these"
     )
     normalise: bool = Field(
         True,
-        description="Observations, state and weights lie in [-1, 1]; false: SI units, and weights"
-        " in [0, 1]",
+        description="Whether observations, state and weights lie in [-1, 1]; false: SI units,"
+        " and weights in [0, 1]",
     )
     stack: Count = Field(
         1,
-        description="Decisions whose observations are stacked, newest last; at most"
+        description="Number of decisions whose observations are stacked, newest last; at most"
         f" {MAX_FRAMES:,}",
     )
     decision_period: Count | None = Field(
         None,
-        description="Time for which an action is held, its rewards added up [ticks]; None: 10 for"
-        " `motion`, 5 for `everything`, else 1",
+        description="Time for which an action is held and its rewards are summed [ticks]; None:"
+        " 10 for `motion`, 5 for `everything`, else 1",
     )
 
     @field_validator("discrete", mode="wrap")
@@ -81,8 +82,8 @@ class PolicyKeywords(Parameters):
             return check(discrete)
         except ValidationError:
             raise ConfigError(
-                f"discrete={shown(discrete)}: must be True, False, or (n, m) for n speeds times m"
-                " turns, in the name of a policy nxm"
+                f"discrete={shown(discrete)}: must be True, False, or (n, m) for n speeds times"
+                " m turns; in the name of a policy, write nxm, as in 3x5"
             ) from None
 
     @field_validator("residual", mode="before")
@@ -104,16 +105,16 @@ class EnvConfig(PolicyKeywords):
         0.0, description="Weight of the potential-based shaping; 0: no shaping"
     )
     discount: Share = Field(
-        0.99, description="The learner's discount of a step, which the shaping needs"
+        0.99, description="Discount of the learner for a step, which the shaping needs"
     )
     step_on: Literal["tick", "exchange"] = Field(
         "tick",
-        description="What ends a step: `tick`, a decision period; `exchange`, for `weighting`, an"
-        " exchange of a learner",
+        description="Event that ends a step: `tick`, the end of a decision period; `exchange`,"
+        " for `weighting`, an exchange of a learner",
     )
     randomise: Mapping[str, object] = Field(
         default_factory=dict,
-        description="Ranges of scenario parameters, drawn for each episode:"
+        description="Ranges from which scenario parameters are drawn for each episode:"
         ' `{"task.area_distance": (0.8, 1.5)}`',
     )
     physics: str | None = Field(
@@ -123,8 +124,8 @@ class EnvConfig(PolicyKeywords):
     )
     threads: Count = Field(
         1,
-        description="Threads that run the worlds of a block; the result does not depend on them."
-        " They pay under `kinematic` with hundreds of worlds",
+        description="Number of threads that run the worlds of a block; results do not depend on"
+        " it. Faster under `kinematic` with hundreds of worlds",
     )
     max_cycles: Annotated[int, Field(ge=1, le=parameters.MAX_TICKS)] | None = Field(
         None,
@@ -137,8 +138,9 @@ class EnvConfig(PolicyKeywords):
     def _few_frames(cls, stack: int) -> int:
         if stack > MAX_FRAMES:
             raise ConfigError(
-                f"stack={shown(stack)}: must be at most {MAX_FRAMES}, as a network has an input"
-                " for each number of each of them; take fewer, or a longer decision_period"
+                f"stack={shown(stack)}: must be at most {MAX_FRAMES}, because a network has one"
+                " input for each feature of each stacked observation; use a smaller stack, or a"
+                " longer decision_period"
             )
         return stack
 
@@ -171,8 +173,11 @@ def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
     if type(learners) is not bool and isinstance(learners, Integral):
         if 1 <= int(learners) <= len(agents):
             return list(range(int(learners)))
-        raise ConfigError(f"learners={shown(learners)}: must be from 1 to the {len(agents)} robots")
+        raise ConfigError(f"learners={shown(learners)}: must be from 1 to {len(agents)} robots")
     named = [learners] if isinstance(learners, str) else learners
     if not isinstance(named, Sequence) or not named:
-        raise ConfigError(f"learners={learners!r}: must be a number of robots, or a list of them")
+        raise ConfigError(
+            f"learners={learners!r}: must be the number of robots, or a list of their names or"
+            " indices"
+        )
     return sorted({robot_number(robot, agents) for robot in named})

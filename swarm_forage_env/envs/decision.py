@@ -126,8 +126,9 @@ class Observing:
             returned = cast(Any, part).write(context, out)
             if returned is not None and returned is not out:
                 raise ConfigError(
-                    f"observation {type(part).__name__}: `write` returned numbers, must write them"
-                    " into `out`, as out[:, :, 0] = ...; what it does not write is zero"
+                    f"observation {type(part).__name__}: `write` returned a value, must write"
+                    " features into `out`, as in out[:, :, 0] = ...; a feature that it does not"
+                    " write is zero"
                 )
             observed[:, :, first : first + len(features)] = values = out[:, self._robots]
             _check_numbers(values, features)
@@ -141,9 +142,9 @@ def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features:
         world, robot, k = map(int, np.argwhere(~is_right)[0])
         low, high = features[k].low, features[k].high
         raise ConfigError(
-            f"observation {features[k].name}: is {numbers[world, robot, k]} for learner {robot} of"
-            f" world {world}, must be a finite number of {low:g} to {high:g}; mend `write`, or its"
-            " bounds"
+            f"observation {features[k].name}: is {numbers[world, robot, k]} for learner {robot}"
+            f" of world {world}, must be a finite number from {low:g} to {high:g}; correct"
+            " `write`, or the bounds of the feature"
         )
 
 
@@ -234,7 +235,7 @@ class Decisions:
     def check_fits(self, snapshot: Snapshot) -> None:
         """Raise ConfigError if a snapshot is from an environment with other options."""
         if [*_shapes(snapshot)] != [*_shapes(self.snapshot())]:
-            raise ConfigError("restore(): the snapshot is of an environment of other options")
+            raise ConfigError("restore(): the snapshot is of an environment with other options")
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot that fits."""
@@ -264,8 +265,9 @@ class Exchanges:
     ) -> None:
         if isinstance(worlds, Loop) and worlds.controller.has_rules:
             raise ConfigError(
-                "step_on='exchange': worlds run on their own, and a layer of this controller is a"
-                " rule on all of them, as learned ones are; take one whose motion is compiled"
+                "step_on='exchange': each world runs separately, but a layer of this controller"
+                " is a Python rule that acts on all worlds at once, as learned layers do; use a"
+                " controller whose layers are compiled"
             )
         self._worlds, self._episodes = worlds, episodes
         memory: Memory = worlds.memory

@@ -48,7 +48,7 @@ class Episodes:
         self._loop, self._scenario = loop, randomisation.scenario
         self._randomisation, self._check_bounds = randomisation, check_bounds
         for name in FIXED_PARAMETERS.intersection(randomisation.ranges):
-            raise ConfigError(f"randomise: {name} lasts as long as the environment; leave it out")
+            raise ConfigError(f"randomise: {name} is the same in all episodes; leave it out")
         n_worlds = loop.world.n_worlds
         self.drawn: dict[str, Float64[Array, " worlds"]] = {
             name: np.zeros(n_worlds) for name in randomisation.ranges
@@ -173,10 +173,8 @@ class Episodes:
         for name in numbers:
             path = resolve(name, known, OPTION)
             if (is_fixed := path in FIXED_PARAMETERS) or path in self.drawn:
-                why = "lasts as long as the environment" if is_fixed else "is randomised"
-                raise ConfigError(
-                    f"options['{name}']: {why}; give it where the environment is made"
-                )
+                why = "is the same in all episodes" if is_fixed else "is randomised"
+                raise ConfigError(f"options['{name}']: {why}; set it when the environment is made")
         scenario = override(self._scenario, numbers, OPTION)
         if numbers:
             self._check_bounds(scenario)
@@ -223,7 +221,7 @@ def checked_options(options: object) -> Mapping[str, object]:
     if isinstance(options, Mapping) and all(isinstance(name, str) for name in options):
         return options
     raise ConfigError(
-        f"options={options!r}: must be numbers of the scenario by name, as"
+        f"options={options!r}: must be a dictionary of scenario parameters, such as"
         " {'radio.max_range': 0.2}"
     )
 
@@ -232,7 +230,7 @@ def parts_of(snapshot: object, n_parts: int) -> tuple[Any, ...]:
     """Return the parts of a snapshot; ConfigError if it is not a tuple of `n_parts`."""
     if isinstance(snapshot, tuple) and len(snapshot) == n_parts:
         return snapshot
-    raise ConfigError("restore(): must be given what snapshot() of such an environment gave")
+    raise ConfigError("restore(): must be given the result of snapshot() of such an environment")
 
 
 def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
@@ -244,5 +242,5 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
         first = checked_seed(seed)
         return range(first, checked_seed(first + n - 1) + 1) if n else []
     if len(seed) != n:
-        raise ConfigError(f"seed={seed!r}: must be {n}, one for each world")
+        raise ConfigError(f"seed={seed!r}: must be {n} seeds, one for each world")
     return [None if own is None else checked_seed(own) for own in seed]

@@ -43,14 +43,14 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         self._make(self.num_envs, options)
         if self._mode is not AutoresetMode.DISABLED:
             self.array_env.check_keeps_step(
-                "take SwarmVecEnv, vectorization_mode='sync', or autoreset_mode='Disabled'"
+                "use SwarmVecEnv, vectorization_mode='sync', or autoreset_mode='Disabled'"
             )
         if max_episode_steps not in (None, -1):
             longest = checked_count("max_episode_steps", max_episode_steps)
             if self.array_env.config.step_on == "exchange":
                 raise ConfigError(
-                    f"max_episode_steps={longest}: under step_on='exchange' an episode counts"
-                    " ticks, not steps; give max_cycles"
+                    f"max_episode_steps={longest}: under step_on='exchange' the length of an"
+                    " episode is counted in ticks, not steps; use max_cycles instead"
                 )
             self.max_cycles = min(self.max_cycles, longest)
         self.metadata = {**self.metadata, "autoreset_mode": self._mode}
@@ -134,8 +134,8 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
             )
         if self._mode is not AutoresetMode.DISABLED and not chosen.all():
             raise ConfigError(
-                "options['reset_mask']: worlds that reset by themselves keep in step; take"
-                " autoreset_mode='Disabled', or reset all of them"
+                "options['reset_mask']: worlds that reset themselves must stay in step, so none"
+                " is reset alone; use autoreset_mode='Disabled', or reset all worlds"
             )
         return np.flatnonzero(chosen).tolist()
 

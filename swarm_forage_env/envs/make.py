@@ -55,7 +55,7 @@ def checked_parts(
         _check_leaves_a_layer(controllers, form, learners)
     controllers.check_supports(chosen)
     if config.learn == "weighting" and not has_talk(controllers):
-        why = "nobody talks, so that there is nothing to weigh; choose one that does"
+        why = "its robots exchange nothing that could be weighted; choose one whose robots do"
         _refuse(controllers, why)
     return EnvParts(form, controllers)
 
@@ -65,17 +65,19 @@ def _check_keywords(config: EnvConfig, task: Task) -> None:
     if isinstance(config.reward, str) and config.reward not in REWARDS:
         raise UnknownNameError("reward", config.reward, REWARDS)
     if config.residual and not task.residuals:
-        raise ConfigError(f"residual=True: cannot be had in the task {task.name}; leave it out")
+        raise ConfigError(f"residual=True: is not available in the task {task.name}; leave it out")
     if config.residual and config.learn not in task.residuals:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
     if config.step_on == "tick":
         return
     if config.learn != "weighting":
-        raise ConfigError("step_on='exchange': only learn='weighting' acts in exchanges alone")
+        raise ConfigError(
+            "step_on='exchange': needs learn='weighting'; others also act between exchanges"
+        )
     if config.decision_period not in (None, 1):
-        raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
+        raise ConfigError("step_on='exchange': excludes decision_period; leave that out")
     if not isinstance(config.reward, str):
-        raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
+        raise ConfigError("step_on='exchange': needs reward='own' or 'team'")
 
 
 def _check_shaping(weight: float, scenario: BaseScenario, task: Task) -> None:
@@ -99,8 +101,8 @@ def _beside_everything(
     if is_given:
         _refuse(
             controller,
-            "none runs where learn='everything' and all robots learn; leave it out, name the"
-            " `learners`, or learn 'motion'",
+            "has no robot to run if learn='everything' and all robots learn; leave it out, name"
+            " the `learners`, or use learn='motion'",
         )
     return policy
 
@@ -113,8 +115,8 @@ def _check_leaves_a_layer(
         if getattr(members[robot], "is_everything", False):
             _refuse(
                 members[robot],
-                f"is everything, so that it leaves no layer of robot {robot} to learn; give it to"
-                " robots that do not learn, by `learners`, or take a policy of the motion",
+                f"replaces every layer, so that none is left for robot {robot} to learn; give it"
+                " to robots that do not learn, by `learners`, or use a policy of the motion",
             )
 
 
@@ -122,8 +124,8 @@ def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> Ba
     """Return the scenario with overrides; UnknownNameError for an unknown keyword or parameter."""
     if "render_mode" in overrides:
         raise ConfigError(
-            f"render_mode={shown(overrides['render_mode'])}: this API draws nothing under it; take"
-            " parallel_env, gymnasium.make or SwarmVecEnv, or call render() of SwarmTorchEnv"
+            f"render_mode={shown(overrides['render_mode'])}: this interface has no render mode;"
+            " use parallel_env, gymnasium.make or SwarmVecEnv, or call render() of SwarmTorchEnv"
         )
     chosen: BaseScenario = find_scenario(scenario)
     keywords = (*EnvConfig.model_fields, "controller", "render_mode")

@@ -37,8 +37,8 @@ class ManualPolicy:
         names = bare.action_layout.names
         if names[0] not in DRIVEN or bare.array_env.config.discrete:
             raise ConfigError(
-                f"manual control of {', '.join(names)}: only learn='motion' with action='drive',"
-                " not discrete, is driven by arrows"
+                f"manual control of {', '.join(names)}: the arrow keys drive learn='motion' with"
+                " action='drive' and discrete=False only"
             )
         learners = bare.possible_agents
         if not 0 <= agent_id < len(learners):

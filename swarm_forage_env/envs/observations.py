@@ -45,7 +45,9 @@ def added(observation: object, policy: PolicyInterface) -> tuple[bool, list[Addi
     """Return whether the layer's inputs are observed, and the additions; ConfigError if invalid."""
     wanted = list(observation) if isinstance(observation, list | tuple) else [observation]
     if not wanted:
-        raise ConfigError("observation=[]: must name something; leave it out for the layer's own")
+        raise ConfigError(
+            "observation=[]: must name at least one; leave it out for the layer's own"
+        )
     additions: list[Addition] = []
     for each in wanted:
         if not isinstance(each, str):
@@ -64,7 +66,7 @@ def _own(observation: object) -> Observation:
     made = observation() if isinstance(observation, type) else observation
     if not isinstance(made, Observation):
         raise ConfigError(
-            f"observation={observation!r}: must be '{LAYER}', '{PREVIOUS}', a name of"
+            f"observation={observation!r}: must be '{LAYER}', '{PREVIOUS}', one of"
             f" {', '.join(OBSERVATIONS)}, or a class with `features` and `write`"
         )
     return made
@@ -93,8 +95,8 @@ def typical_sizes(layout: Layout) -> tuple[Float32[Array, " numbers"], Bool[Arra
     for each in layout:
         if each.scale is None and not 0.0 < each.bound < np.inf:
             raise ConfigError(
-                f"observation {each.name}: bounds of {each.low:g} to {each.high:g} tell no"
-                " typical size; give the feature a scale, or take normalise=False"
+                f"observation {each.name}: bounds of {each.low:g} to {each.high:g} give no"
+                " typical size; give the feature a scale, or use normalise=False"
             )
     sizes = [each.bound if each.scale is None else each.scale for each in layout]
     return np.array(sizes, np.float32), np.array([each.scale is not None for each in layout])

@@ -84,7 +84,7 @@ class PolicyForm:
             layout = layout if not features else Layout((*layout, *features))
         twice = sorted({name for name in layout.names if layout.names.count(name) > 1})
         if twice or not layout:
-            raise ConfigError(f"observation: must have features of different names; twice: {twice}")
+            raise ConfigError(f"observation: features must have different names; repeated: {twice}")
         if not self.config.normalise:
             return layout, (*where, np.zeros(0, np.float32), np.zeros(0, np.bool_))
         return normalised(layout), (*where, *typical_sizes(layout))
@@ -96,8 +96,9 @@ class PolicyForm:
             if (here.low, here.high) != (there.low, there.high):
                 raise ConfigError(
                     f"options: {here.name} would go from {there.low:.3g} to {there.high:.3g}"
-                    f" {here.unit}, and observations here have {here.low:.3g} to {here.high:.3g};"
-                    " set the parameter where the environment is made, or randomise it"
+                    f" {here.unit}, but in the observation space of this environment it goes"
+                    f" from {here.low:.3g} to {here.high:.3g}; set the parameter when the"
+                    " environment is made, or randomise it"
                 )
 
     def mark_replaced_layers(self, action: Array, masks: Mapping[str, Any]) -> None:

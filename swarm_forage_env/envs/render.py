@@ -36,7 +36,7 @@ class EnvRenderer:
         n_worlds = env.world.n_worlds
         if mode == "human" and n_worlds > 1:
             raise ConfigError(
-                f"render_mode='human': one window shows one world, not {n_worlds}; take"
+                f"render_mode='human': one window shows one world, not {n_worlds}; use"
                 " render_mode='rgb_array', or num_envs=1"
             )
         stage = stage_of(env.world.scenario, title_of(env))
@@ -55,8 +55,8 @@ class EnvRenderer:
         """
         if self._mode is None:
             raise ConfigError(
-                "render(): give render_mode='human', 'rgb_array' or 'ansi' where the environment is"
-                " made"
+                "render(): set render_mode='human', 'rgb_array' or 'ansi' when the environment"
+                " is made"
             )
         return [view.draw(self._env.loop.scene(w)) for w, view in enumerate(self._views)]
 

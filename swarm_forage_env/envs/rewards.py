@@ -76,7 +76,10 @@ def _callable(reward: object, task: Task) -> Callable[[Array, Array, Array], obj
             " tick and its events"
         )
     if task.events is None:
-        raise ConfigError(f"reward={reward!r}: the task {task.name} tells no events; take a name")
+        raise ConfigError(
+            f"reward={reward!r}: the task {task.name} reports no events to a callable; use a"
+            " reward by name"
+        )
     return reward
 
 

@@ -31,12 +31,12 @@ class FaultKind(Parameters):
     """Robots that have a fault, and the time from which they have it."""
 
     share: Share = Field(
-        0.0, description="Share of the robots that have it, rounded to whole robots (chosen)"
+        0.0, description="Share of the robots with this fault, rounded to whole robots (chosen)"
     )
     robots: tuple[int, ...] = Field(
-        (), description="The robots that have it, by number, instead of a share (chosen)"
+        (), description="Robots with this fault, by index, instead of a share (chosen)"
     )
-    at: NotNegative = Field(0.0, description="Time from which on it is in effect [s] (chosen)")
+    at: NotNegative = Field(0.0, description="Time at which the fault begins [s] (chosen)")
 
     @property
     def is_any(self) -> bool:
@@ -49,8 +49,8 @@ class FaultKind(Parameters):
     def _says_one(self) -> "FaultKind":
         if self.share > 0.0 and self.robots:
             raise ValueError(
-                f"share={self.share:g}, robots={list(self.robots)}: say which robots are faulty,"
-                " or how large a share of them, not both"
+                f"share={self.share:g}, robots={list(self.robots)}: give the faulty robots or"
+                " their share, not both"
             )
         return self
 
@@ -63,8 +63,8 @@ class Dead(FaultKind):
 
     talks: bool = Field(
         True,
-        description="Its radio survives, the worst case; false: silent too. WinfieldNembrini2006,"
-        " H1 and H6 (published)",
+        description="Whether its radio still works, the worst case; false: it is silent, too."
+        " WinfieldNembrini2006, H1 and H6 (published)",
     )
 
 
@@ -76,11 +76,12 @@ class Worn(FaultKind):
 
     bias: Share = Field(
         0.05,
-        description="One wheel's encoder tells this share too much, the other's too little; which,"
-        " is drawn. BorensteinFeng1996 gives the form; the size is chosen",
+        description="Share by which the encoder of one wheel reads too much and that of the"
+        " other too little; which one is random. BorensteinFeng1996 gives the form; the size is"
+        " chosen",
     )
     noise_factor: NotNegative = Field(
-        5.0, description="Noise of its encoders, times sensors.wheel_noise (chosen)"
+        5.0, description="Noise of its encoders, as a multiple of sensors.wheel_noise (chosen)"
     )
 
 
@@ -105,24 +106,25 @@ class Liar(FaultKind):
     turn: NotNegative = Field(
         math.pi,
         le=math.pi,
-        description="The place told is turned by this about the liar [rad], to a side that is"
-        " drawn. VanCalck2023 gives the form; the size is chosen",
+        description="Angle by which a reported place is turned about the liar [rad], to a random"
+        " side. VanCalck2023 gives the form; the size is chosen",
     )
     shift: NotNegative = Field(
-        0.0, description="It is shifted by this, in a direction that is drawn [m] (chosen)"
+        0.0, description="Shift of a reported place [m], in a random direction (chosen)"
     )
     p: NotNegative = Field(
-        0.0, description="Inverse confidence that it tells [m]; 0: sure of itself (chosen)"
+        0.0, description="Inverse confidence that it reports [m]; 0: complete confidence (chosen)"
     )
-    own_p: bool = Field(False, description="It tells its own p instead (chosen)")
+    own_p: bool = Field(False, description="Whether it reports its own p instead (chosen)")
     probability: Share = Field(
-        1.0, description="How likely each message is a lie; 1: steady (chosen)"
+        1.0, description="Probability that a message is a lie; 1: every message (chosen)"
     )
     conspire: Literal["no", "turn", "place"] = Field(
         "no",
-        description="no: each liar has its own turn and shift. turn: all turn and shift alike."
-        " place: all tell one false place of each area, drawn in the arena, at least half the"
-        " areas' distance from the true one; turn and shift do not count (chosen)",
+        description="Conspiracy of liars. no: each liar has a turn and shift of its own. turn:"
+        " all turn and shift alike. place: all report one false place of each area, drawn in the"
+        " arena at least half the areas' distance from the true one, and turn and shift have no"
+        " effect (chosen)",
     )
 
 

@@ -37,7 +37,7 @@ class Obstacle(Parameters):
         0.0, description="Radius of a disc; half the thickness of walls [m]. (chosen)"
     )
     is_closed: bool = Field(
-        False, description="A wall joins the last point to the first one. (chosen)"
+        False, description="Whether a wall joins the last point to the first one. (chosen)"
     )
 
     @model_validator(mode="after")

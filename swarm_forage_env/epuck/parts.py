@@ -49,7 +49,7 @@ class Robot(Parameters):
     )
     max_speed: Positive = Field(
         0.129,
-        description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
+        description="Highest speed of a wheel [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
     )
     cruise_speed: Positive = Field(
         0.06, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
@@ -59,7 +59,8 @@ class Robot(Parameters):
     def _cruises_below_its_limit(self) -> Self:
         if self.cruise_speed > self.max_speed:
             raise ValueError(
-                f"cruise_speed={self.cruise_speed}: at most max_speed={self.max_speed} [m/s]"
+                f"cruise_speed={self.cruise_speed}: must be at most max_speed={self.max_speed}"
+                " [m/s]"
             )
         return self
 
@@ -68,21 +69,23 @@ class Sensors(Parameters):
     """Sensors of a robot and their noise."""
 
     proximity_noise: Share = Field(
-        0.2, description="Infrared reading x (1 +- this), uniform. TR 6.1 (published)"
+        0.2, description="Infrared noise: reading x (1 +- this), uniform. TR 6.1 (published)"
     )
     ground_noise: Share = Field(
-        0.3, description="Ground reading x (1 +- this), uniform. TR 6.1 (published)"
+        0.3,
+        description="Noise of ground sensors: reading x (1 +- this), uniform. TR 6.1 (published)",
     )
     ground_ahead: NotNegative = Field(
-        0.03, description="Ground sensors ahead of the centre [m]. ARGoS e-puck (published)"
+        0.03,
+        description="Offset of ground sensors ahead of the centre [m]. ARGoS e-puck (published)",
     )
     ground_spacing: NotNegative = Field(
-        0.009, description="Ground sensors to the left and right [m]. ARGoS e-puck (published)"
+        0.009, description="Distance between adjacent ground sensors [m]. ARGoS e-puck (published)"
     )
     wheel_noise: Share = Field(
         0.058,
-        description="Each turning wheel's path is misread by +- this share of the cruise speed's"
-        " path in a tick, uniform. ANTS 4.1 gives the form; the size is derived",
+        description="Odometry error of each turning wheel in a tick: +- this share of the path"
+        " at cruise speed, uniform. ANTS 4.1 gives the form; the size is derived",
     )
 
 
@@ -90,47 +93,50 @@ class Radio(Parameters):
     """Range-and-bearing radio: reception, message loss and measurement noise."""
 
     max_range: Positive = Field(
-        0.15, description="Farthest sender heard, centre to centre [m]. TR 6.1 (published)"
+        0.15, description="Range of the radio, centre to centre [m]. TR 6.1 (published)"
     )
     near: NotNegative = Field(
-        0.01, description="Up to here only loss_near is lost [m]. TR 6.1 (published)"
+        0.01, description="Range up to which the share loss_near is lost [m]. TR 6.1 (published)"
     )
-    loss_near: Share = Field(0.01, description="Messages lost at `near`. TR 6.1 (published)")
+    loss_near: Share = Field(
+        0.01, description="Share of messages lost within `near`. TR 6.1 (published)"
+    )
     loss_far: Share = Field(
-        0.5, description="Messages lost at max_range, linear between. TR 6.1 (published)"
+        0.5, description="Share lost at max_range; linear in between. TR 6.1 (published)"
     )
     range_noise: NotNegative = Field(
-        0.025, description="One frame's range +- this, uniform [m]. TR 6.1 (published)"
+        0.025, description="Range error of one frame: +- this, uniform [m]. TR 6.1 (published)"
     )
     bearing_noise: NotNegative = Field(
         math.radians(20.0),
         le=math.pi,
-        description="One frame's bearing +- this, uniform, at either end [rad]. TR 6.1 (published)",
+        description="Bearing error of a frame: +- this, uniform, at either end [rad]. TR 6.1"
+        " (published)",
     )
     range_model: Literal["uniform", "board"] = Field(
         "uniform",
-        description="uniform: range_noise. board: range from the received power of the real"
-        " board, lognormal (argos3-epuck; published in code)",
+        description="Model of the range error; uniform: range_noise. board: range from the"
+        " received power of the real board, lognormal (argos3-epuck; published in code)",
     )
     frames: Count = Field(
         2,
         le=10_000,
-        description="Messages averaged into one reading while the receiver stands still; one"
-        " when it moves. An area is three words of 9.2 ms (board firmware), and the partner"
-        " speaks as long: two fit into a tick (derived)",
+        description="Number of messages averaged into one reading while the receiver stands"
+        " still; one when it moves. An area takes three words of 9.2 ms (board firmware), and"
+        " the partner speaks as long: two fit into a tick (derived)",
     )
     slots: Count = Field(
         4,
         le=10_000,
-        description="Messages heard in a tick, at most, drawn at random. ARGoS: up to 5 (chosen)",
+        description="Most messages heard in a tick, drawn at random. ARGoS: up to 5 (chosen)",
     )
     exchange_time: Positive = Field(
-        0.4, description="How long an exchange takes [s]. Not in the papers (derived)"
+        0.4, description="Duration of an exchange [s]. Not in the papers (derived)"
     )
     is_shadowed: bool = Field(
         False,
-        description="A message is lost where an obstacle lies between sender and receiver. Not in"
-        " the papers (chosen)",
+        description="Whether messages are lost when an obstacle lies between sender and"
+        " receiver. Not in the papers (chosen)",
     )
 
     @property
@@ -152,12 +158,12 @@ class Radio(Parameters):
 class Mission(BaseTask):
     """Number of e-pucks, duration and start positions; a task adds its own parameters."""
 
-    n_robots: Count = Field(10, description="Robots. TR Table 2 (published)")
+    n_robots: Count = Field(10, description="Number of robots. TR Table 2 (published)")
     duration: Positive = Field(
         1800.0, description="Length of an episode [s]. TR Table 2 (published)"
     )
     start_radius: Positive = Field(
         0.2,
-        description="Robots start with their centres in this circle about the arena's centre"
-        " [m]. TR Table 2 (published)",
+        description="Radius of the circle about the arena's centre in which the centres of the"
+        " robots start [m]. TR Table 2 (published)",
     )

@@ -95,7 +95,7 @@ class EpuckScenario(BaseScenario):
         if (self.obstacles or self.arena.corners) and robot.max_speed > fastest:
             raise ValueError(
                 f"robot.max_speed={robot.max_speed}: a robot could pass through a wall within a"
-                f" tick of {tick} s; beside obstacles at most {fastest:g} [m/s]"
+                f" tick of {tick} s; with obstacles at most {fastest:g} [m/s]"
             )
 
     def _check_memory(self) -> None:
@@ -104,16 +104,16 @@ class EpuckScenario(BaseScenario):
         reach = max(self.radio.max_range, 2.0 * radius)
         if arena.length * arena.width / reach**2 > MAX_CELLS:
             raise ValueError(
-                f"arena.length={arena.length}, arena.width={arena.width}: at most {MAX_CELLS}"
-                f" squares of the radio's range, {reach:g} m; make the arena smaller or"
-                " radio.max_range larger"
+                f"arena.length={arena.length}, arena.width={arena.width}: the arena may cover at"
+                f" most {MAX_CELLS} squares with sides of the radio's range, {reach:g} m; make"
+                " the arena smaller or radio.max_range larger"
             )
         each = max(self.radio.slots, min(n_robots, 2.0 * (reach / radius + 1.0) ** 2))
         if n_robots * each > MAX_NEIGHBOURS:
             raise ValueError(
-                f"task.n_robots={n_robots}: with {each:.0f} neighbours or slots each; robots times"
-                f" neighbours may be at most {MAX_NEIGHBOURS}; take fewer robots, a smaller"
-                " radio.max_range or fewer radio.slots"
+                f"task.n_robots={n_robots}: with {each:.0f} neighbours or message slots each;"
+                f" robots times neighbours may be at most {MAX_NEIGHBOURS}; use fewer robots, a"
+                " smaller radio.max_range or fewer radio.slots"
             )
 
     def _check_clear(self, subject: str, centre: Point, radius: float) -> None:

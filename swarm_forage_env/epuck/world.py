@@ -63,8 +63,8 @@ class EpuckWorld(World):
         """
         if wrong := functions.keys() - {"begin_world", "begin_tick"} ^ {"brightness_at", "score"}:
             raise ConfigError(
-                f"functions of {cls.__name__}: {', '.join(sorted(wrong))} unknown or missing; must"
-                " be brightness_at and score, and begin_world or begin_tick where need be"
+                f"functions of {cls.__name__}: {', '.join(sorted(wrong))} unknown or missing;"
+                " must be brightness_at and score, and optionally begin_world and begin_tick"
             )
         cls.robot_kind, cls.world_kind, cls.task_functions = robot, world, functions
 

@@ -21,15 +21,17 @@ NEVER = -1
 class Area(Parameters):
     """A nest or a prey area: a circle of task.area_radius on the floor."""
 
-    kind: Literal["nest", "prey"] = Field("prey", description="What it is. (chosen)")
-    centre: Point = Field((0.0, 0.0), description="World frame [m]. (chosen)")
+    kind: Literal["nest", "prey"] = Field("prey", description="Kind of the area. (chosen)")
+    centre: Point = Field((0.0, 0.0), description="Centre of the area, world frame [m]. (chosen)")
     worth: Positive = Field(
-        1.0, description="A round trip pays worth of prey area times worth of nest. (chosen)"
+        1.0,
+        description="Worth: a round trip pays that of its prey area times that of its nest."
+        " (chosen)",
     )
     moves_at: NotNegative | None = Field(
-        None, description="When it moves, once in an episode; none: it stays [s]. (chosen)"
+        None, description="Time of its move, one in an episode; none: it stays [s]. (chosen)"
     )
-    moves_to: Point | None = Field(None, description="Its centre from then on [m]. (chosen)")
+    moves_to: Point | None = Field(None, description="Centre after the move [m]. (chosen)")
 
     @model_validator(mode="after")
     def _moves_whole(self) -> Self:
@@ -52,7 +54,7 @@ def check_areas(areas: Sequence[Area]) -> None:
         raise ValueError(f"task.areas: {len(areas)} areas; at most {MAX_AREAS} are possible")
     for kind in AREAS:
         if areas and kind not in {area.kind for area in areas}:
-            raise ValueError(f"task.areas: no area of the kind '{kind}'; give one at least")
+            raise ValueError(f"task.areas: no area of the kind '{kind}'; give at least one")
 
 
 def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:

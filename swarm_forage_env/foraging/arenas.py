@@ -96,11 +96,11 @@ for shape in SHAPES:
     SCENARIOS.register(f"mg1-{shape}", about)(mg1(shape))
     source = "IRIDIA's laboratory (published)" if shape == "dodecagon" else "MG1 (published)"
     ORIGINS[f"mg1-{shape}"] = {
-        "arena.length": "Holds the polygon (derived)",
-        "arena.width": "Holds the polygon (derived)",
+        "arena.length": "Large enough for the polygon (derived)",
+        "arena.width": "Large enough for the polygon (derived)",
         "arena.corners": source,
         "obstacles": "MG1, but for their thickness (published)",
-        "task.n_robots": "MG1, at most (published)",
+        "task.n_robots": "MG1, the largest swarm (published)",
         "task.area_radius": "MG1, the smallest (published)",
         "task.area_distance": "MG1, two thirds of the way to a corner (published)",
         "task.start_radius": "Inside the ring of obstacles (chosen)",

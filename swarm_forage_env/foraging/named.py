@@ -53,7 +53,7 @@ ANTS = Sensors(wheel_noise=0.063)
 """Wheel noise: +-20 % of the maximum path in 10 ms (ANTS 4.1) is +-6.3 % in 100 ms (derived)."""
 
 enter(
-    "world of the first paper, in which the radio reaches farther",
+    "world of the paper of 2008, with a longer radio range",
     Scenario(
         name="ants2008",
         arena=Arena(length=3.0, width=3.0),
@@ -79,7 +79,7 @@ enter(
     Scenario(name="es1-clean", sensors=CLEAN_SENSORS, radio=CLEAN_RADIO),
 )
 enter(
-    "soon learned: few robots that do not drift, and a short way",
+    "quick to learn: few robots, no odometry error, a short way",
     Scenario(
         name="near",
         sensors=CLEAN_SENSORS,
@@ -89,14 +89,14 @@ enter(
 )
 for clean in ("es1-clean", "near"):
     ORIGINS[clean] = {
-        f"{part}.{name}": "None here (chosen)"
+        f"{part}.{name}": "No error in this scenario (chosen)"
         for part, noises in (("sensors", CLEAN_SENSORS), ("radio", CLEAN_RADIO))
         for name in sorted(noises.model_fields_set)
     }
 ORIGINS["near"] |= {
     "task.n_robots": "A small swarm (chosen)",
     "task.duration": "A short episode (chosen)",
-    "task.area_distance": "Near, beside the circle of the start (chosen)",
+    "task.area_distance": "As near as the start circle allows (chosen)",
 }
 
 
@@ -108,7 +108,7 @@ def enter_with_areas(about: str, name: str, *areas: Area) -> None:
         **dict.fromkeys(("arena.length", "arena.width"), "Room for the areas (chosen)"),
         "task.n_robots": "Twice those of es1 (chosen)",
         "task.start_radius": "Room for the robots (chosen)",
-        "task.areas": "What the scenario is about (chosen)",
+        "task.areas": "The subject of this scenario (chosen)",
     }
 
 

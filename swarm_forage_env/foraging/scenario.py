@@ -26,13 +26,13 @@ class Task(Mission):
     )
     area_distance: Positive = Field(
         1.5,
-        description="Distance between the centres of nest and prey [m], which lie on the long"
-        " axis, symmetric about the centre. Not in the papers (derived)",
+        description="Distance between the centres of nest and prey area [m], which lie on the"
+        " long axis, symmetric about the arena's centre. Not in the papers (derived)",
     )
     areas: tuple[Area, ...] = Field(
         (),
-        description="Nests and prey areas, their centres in [m], instead of the two that"
-        " area_distance sets; none: those two. Not in the papers (chosen)",
+        description="Nests and prey areas [m], instead of the two that area_distance places;"
+        " none: those two. Not in the papers (chosen)",
     )
 
     @model_validator(mode="after")
@@ -82,8 +82,8 @@ class Scenario(EpuckScenario):
                     apart = min(math.dist((x, y), centre) for centre in places[other].centres)
                     if apart < 2.0 * radius - ROUNDING:
                         raise ValueError(
-                            f"{subject} about ({x:g}, {y:g}) overlaps task.areas[{other}], where"
-                            " that is or moves to; keep them apart"
+                            f"{subject} about ({x:g}, {y:g}) overlaps task.areas[{other}] before or"
+                            " after its move; keep them apart"
                         )
             if math.hypot(*area.centre) < task.start_radius + radius - ROUNDING:
                 raise ValueError(

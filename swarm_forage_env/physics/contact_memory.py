@@ -106,8 +106,8 @@ def _trees(space: pymunk.Space) -> tuple[Any, Any]:
     if is_known and (at.robots.tree_of_walls, at.walls.tree_of_robots) == (at.walls, at.robots):
         return at.robots, at.walls
     raise ConfigError(
-        f"physics='rigid': pymunk {pymunk.version} keeps its contacts in a way that is not known"
-        " here, so that they can be neither copied nor restored; take pymunk 7.3 or 'kinematic'"
+        f"physics='rigid': pymunk {pymunk.version} stores its contacts in an unknown layout, so"
+        " that they can be neither copied nor restored; use pymunk 7.3 or physics='kinematic'"
     )
 
 

@@ -48,8 +48,9 @@ class Recording:
         """Add the next scene of the episode. ConfigError if it is not later than the last."""
         if self._latest is not None and scene.time <= self._latest.time:
             raise ConfigError(
-                f"scene of {scene.time:g} s after one of {self._latest.time:g} s:"
-                " a recording holds one episode in order; start another for the next"
+                f"scene of {scene.time:g} s after one of {self._latest.time:g} s: a recording"
+                " holds the scenes of one episode in order of time; start a new recording for"
+                " each episode"
             )
         self._latest = scene
         self._pending.append(scene.messages @ SENDER_AND_RECEIVER)

@@ -108,7 +108,7 @@ class Replay:
         """
         packs = [recording.pack() for recording in self._recordings]
         if len({(about["frames"], about["every"]) for about, _ in packs}) > 1:
-            raise ConfigError("scenes of two swarms that are not of the same times: add them alike")
+            raise ConfigError("scenes of two swarms: must have the same times; add both at each")
         colours = self._opening.colours[: len(packs)]
         swarms = [
             {"controller": name, "colour": colour} | about

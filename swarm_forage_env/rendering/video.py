@@ -57,7 +57,8 @@ class Video:
         except (OSError, RuntimeError):
             raise ConfigError(
                 f"{file}: no ffmpeg was found to write it; pip install 'swarm-forage[render]'"
-                " brings one, or name yours in the variable IMAGEIO_FFMPEG_EXE"
+                " installs one, or set the environment variable IMAGEIO_FFMPEG_EXE to the path"
+                " of yours"
             ) from None
         assert self._ffmpeg.stdin is not None
         self._frames = self._ffmpeg.stdin
@@ -90,5 +91,6 @@ class Video:
 
     def _refusal(self) -> ConfigError:
         return ConfigError(
-            f"{self._file}: cannot be written; ffmpeg gave up, as where the disk is full"
+            f"{self._file}: cannot be written; ffmpeg stopped early, perhaps because the disk is"
+            " full"
         )

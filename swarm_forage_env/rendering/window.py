@@ -216,7 +216,7 @@ class Window:
 
 def _no_display(reason: str) -> ConfigError:
     return ConfigError(
-        f"no window: there is no display to open one on ({reason}); take frames, a video or a"
+        f"no window: there is no display to open it on ({reason}); make frames, a video or a"
         " replay instead: render_mode='rgb_array', --frame, --video or --html"
     )
 

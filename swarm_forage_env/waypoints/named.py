@@ -33,6 +33,6 @@ for size in N_ROBOTS:
     sensors = (f"sensors.{name}" for name in sorted(AUTHORS_SENSORS.model_fields_set))
     changed = *sensors, "task.tolerance", "task.extra_ticks"
     ORIGINS[ran.name] = dict.fromkeys(changed, "Runs behind the figures (code)")
-    abouts = "with the numbers of the paper of 2021", "with those of the code behind its figures"
+    abouts = "parameters of the paper of 2021", "parameters of the authors' code"
     for scenario, how in zip((stated, ran), abouts, strict=True):
-        SCENARIOS.register(scenario.name, f"robots visit goals, {how}")(scenario)
+        SCENARIOS.register(scenario.name, f"robots visit goals; {how}")(scenario)

@@ -33,10 +33,12 @@ class CreateRobot(Parameters):
     """The robot: an iRobot Create with limits of speed, turn rate and acceleration."""
 
     max_speed: Positive = Field(0.5, description="Highest speed [m/s] (code)")
-    min_speed: NotNegative = Field(0.01, description="Lowest speed: it never stops [m/s] (code)")
+    min_speed: NotNegative = Field(
+        0.01, description="Lowest speed: a robot never stops [m/s] (code)"
+    )
     max_turn_rate: Positive = Field(1.0, description="Highest turn rate [rad/s] (code)")
     max_acceleration: Positive = Field(
-        5.0, description="Acceleration of a full pull [m/s^2] (code)"
+        5.0, description="Highest acceleration, that of a pull of length 1 [m/s^2] (code)"
     )
 
     @model_validator(mode="after")
@@ -59,22 +61,23 @@ class WaypointSensors(Parameters):
     )
     speed_bias: NotNegative = Field(
         0.005,
-        description="Standard deviation over robots of its constant error [m/s]. Table 2"
-        " (published)",
+        description="Standard deviation over robots of the constant error of speed readings"
+        " [m/s]. Table 2 (published)",
     )
     turn_noise: Positive = Field(
         0.02, description="Standard deviation of a gyro reading [rad/s]. Table 2 (published)"
     )
     turn_bias: NotNegative = Field(
         0.05,
-        description="Standard deviation over robots of its constant error [rad/s]. Table 2"
-        " (published)",
+        description="Standard deviation over robots of the constant error of gyro readings"
+        " [rad/s]. Table 2 (published)",
     )
     spread: Share = Field(
-        0.01, description="Both standard deviations vary by +- this share over robots (published)"
+        0.01,
+        description="Spread of both standard deviations over robots: +- this share (published)",
     )
     reach: Positive = Field(
-        1.0, description="Robots and home are seen up to here [m]. Section 3 (published)"
+        1.0, description="Range within which robots and home are seen [m]. Section 3 (published)"
     )
     range_noise: Positive = Field(
         0.01, ge=1e-3, description="Standard deviation of a LiDAR range [m]. Table 2 (published)"
@@ -96,26 +99,28 @@ class WaypointTask(BaseTask):
     """The task: visit random goals one after the other, and claim each on arrival."""
 
     n_robots: Count = Field(
-        25, le=2_000, description="Robots: each pair takes about 100 bytes. Section 3 (published)"
+        25,
+        le=2_000,
+        description="Number of robots; a pair takes about 100 bytes. Section 3 (published)",
     )
     duration: Positive = Field(100.0, description="Length of an episode [s]. Section 3 (published)")
     tolerance: Positive = Field(
-        0.2, description="A goal is reached within this distance [m]. Section 3 (published)"
+        0.2, description="Distance within which a goal is reached [m]. Section 3 (published)"
     )
     side: Positive = Field(
-        10.0, description="Goals lie in a square of this side about home [m]. Section 3 (published)"
+        10.0, description="Side of the square of goals about home [m]. Section 3 (published)"
     )
     start_half_side: Positive = Field(
-        1.0, description="Robots start within +- this of home, in x and y [m] (code)"
+        1.0, description="Largest offset from home at which robots start, in x and in y [m] (code)"
     )
     first_goal: Positive = Field(
-        1.0, description="First goals have x and y from here to half the side [m] (code)"
+        1.0, description="Least x and y of first goals [m]; the largest is half the side (code)"
     )
     extra_ticks: int = Field(
         0,
         ge=0,
-        description="Ticks that averages over time count without their having been run (chosen;"
-        " 2 in the authors' code)",
+        description="Number of ticks that averages over time count although they are not run"
+        " (chosen; 2 in the authors' code)",
     )
 
     @model_validator(mode="after")

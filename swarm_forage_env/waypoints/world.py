@@ -39,8 +39,8 @@ class WaypointsWorld(World):
         """
         if physics != PHYSICS:
             raise ConfigError(
-                f"physics='{physics}': {scenarios[0].name} has no contacts; only '{PHYSICS}'"
-                " drives it"
+                f"physics='{physics}': {scenarios[0].name} has no contacts and runs under"
+                f" physics='{PHYSICS}' only"
             )
         super().__init__(scenarios)
         shape = (self.n_worlds, self.n_robots)

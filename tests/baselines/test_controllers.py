@@ -77,15 +77,15 @@ def test_a_composition_of_another_number_of_layers_is_refused_with_an_example(na
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"beta": "steep"}, "beta='steep': input should be a valid number"),
-        ({"beta": -1.0}, "beta=-1.0: input should be greater than or equal to 0"),
-        ({"beta": math.nan}, "beta=nan: input should be a finite number"),
-        ({"beta": math.inf}, "beta=inf: input should be a finite number"),
+        ({"beta": "steep"}, "beta='steep': must be a valid number"),
+        ({"beta": -1.0}, "beta=-1.0: must be greater than or equal to 0"),
+        ({"beta": math.nan}, "beta=nan: must be a finite number"),
+        ({"beta": math.inf}, "beta=inf: must be a finite number"),
         ({"beta": math.nextafter(1e6, math.inf)}, "beta=1000000.0"),
-        ({"lost_within": 0.0}, "lost_within=0.0: input should be greater than 0"),
-        ({"double": "both"}, "double='both': input should be a valid boolean"),
-        ({"avoidance": "leteral"}, "avoidance='leteral': input should be 'tangential' or"),
-        ({"gap": 0.2}, "gap=0.2: input should be less than or equal to 0.05"),
+        ({"lost_within": 0.0}, "lost_within=0.0: must be greater than 0"),
+        ({"double": "both"}, "double='both': must be a valid boolean"),
+        ({"avoidance": "leteral"}, "avoidance='leteral': must be 'tangential' or"),
+        ({"gap": 0.2}, "gap=0.2: must be less than or equal to 0.05"),
     ],
 )
 def test_a_value_that_does_not_fit_is_refused_with_what_would(values, message):
@@ -193,7 +193,7 @@ def test_robots_tell_words_where_the_payload_says_so():
     [("message_path", 1.0), ("tells_within", 1.0), ("listens_above", 1.0), ("payload", "int8")],
 )
 def test_where_a_covariance_is_told_no_path_can_be_set_or_rounded(name, value):
-    with pytest.raises(ConfigError, match=f"{name}: is of paths"):
+    with pytest.raises(ConfigError, match=f"{name}: applies to path lengths"):
         override(SIKFParameters(), {name: value})
 
 
@@ -201,7 +201,7 @@ def test_where_a_covariance_is_told_no_path_can_be_set_or_rounded(name, value):
                                   "dead_reckoning"])  # fmt: skip
 def test_the_authors_setting_is_refused_where_robots_forage(name):
     made = ESTIMATORS[name](setting="authors")
-    with pytest.raises(ConfigError, match="setting='authors': is of robots that visit waypoints"):
+    with pytest.raises(ConfigError, match="setting='authors': is for robots that visit waypoints"):
         made.layer(find_scenario("es1"))
     assert made.layer(find_scenario("waypoints-05")) is not None
     assert ESTIMATORS[name]().setting == "corrected"

@@ -98,7 +98,7 @@ def test_weights_that_are_no_numbers_of_each_robot_are_told():
     scenario = find_scenario("es1", {"task.area_distance": 0.7})
     for weights, told in {
         lambda p: np.nan * p: r"'ssgikf', tick \d+, robot \d: .* a weight is not from 0 to 1",
-        lambda p: np.full_like(p, 1.5): "a weight is not from 0 to 1; mend the layer or policy",
+        lambda p: np.full_like(p, 1.5): "a weight is not from 0 to 1; correct the layer or policy",
         lambda p: 0.5 * p.T: r"function: gave shape \(2, 40\), must be \(40, 2\), a row for each",
     }.items():
 

@@ -88,7 +88,7 @@ def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp
     assert status == 1
     assert len(json.loads(stdout)) == 4, "the run goes on to its end"
     last = stderr.splitlines()[-1]
-    assert "runs/es1: 2 of 4 episodes are not there any more: scenario=es1/controller=nc/" in last
+    assert "runs/es1: 2 of 4 episodes no longer exist: scenario=es1/controller=nc/" in last
     assert last.count(".parquet") == 2
     assert len(pq.read_table(tmp_path / "runs" / "es1")) == 2
     status, again, _ = command(*arguments)
@@ -111,10 +111,10 @@ def test_the_table_compares_with_the_first_controller_and_the_plot_is_drawn(comm
     words = "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
     status, stdout, stderr = command(*words)
     assert status == 0
-    made = "swarm-forage: --plot figures/trips.svg: made the folder figures\n"
+    made = "swarm-forage: --plot figures/trips.svg: created the folder figures\n"
     assert stderr.count(made) == 1
     _, _, stderr = command(*words)
-    assert "made the folder" not in stderr, "it is there"
+    assert "created the folder" not in stderr, "it is there"
     assert "Round trips against nc" in stdout
     assert max(map(len, stdout.splitlines())) <= 80
     figure = (tmp_path / "figures" / "trips.svg").read_text()

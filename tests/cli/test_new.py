@@ -38,7 +38,7 @@ def test_a_package_runs_as_it_stands_and_its_readme_s_command_once_it_is_install
         sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder
     )
     status, _, stderr = command(*asked)
-    assert (status, "is there already" in stderr) == (2, True), "nothing is overwritten"
+    assert (status, "exists already" in stderr) == (2, True), "nothing is overwritten"
     there = tmp_path / "installed"
     install = "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps"
     ran(sys.executable, *install, f"--target={there}", "./my part", cwd=tmp_path)

@@ -22,7 +22,7 @@ def test_a_figure_is_written_in_each_format_with_the_command_in_it(command, tmp_
     status, stdout, stderr = command(*command_line, "--out=figures/x.png", "--out=figures/x.svg")
     assert (status, stdout) == (0, "")
     assert stderr.splitlines() == [
-        "swarm-forage: --out figures/x.png: made the folder figures",
+        "swarm-forage: --out figures/x.png: created the folder figures",
         "swarm-forage: wrote figures/x.png",
         "swarm-forage: wrote figures/x.svg",
     ]
@@ -97,7 +97,7 @@ REFUSED = [
     (("learning", "runs/es1", "--out=x.png"), "policy card runs/es1"),
     (("boxplot", "runs/es1", "--out=x.png", "--style=wide"), "'screen', 'paper'"),
     (("paths", "es1", "--out=x.png"), "plot paths es1 nc ssgikf"),
-    (("weights", "sikf", "--out=x.png"), "its confidence is no path"),
+    (("weights", "sikf", "--out=x.png"), "its confidence is not a path"),
     (("weights", "ssgif", "--out=x.png"), "did you mean 'ssgi"),
 ]
 

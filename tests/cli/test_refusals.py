@@ -23,7 +23,7 @@ ON_GPU = "--device=cuda", "--physics=kinematic"
 REFUSED = [
     (("evaluate", "es4", "nc"), "named 'es4', did you mean 'es1', 'es2' or 'es3'?"),
     (("evaluate", "nc", "es1"), "'nc': it is a controller, and the scenario comes first"),
-    (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; one is run"),
+    (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; only one is run"),
     (("evaluate", "missing.toml", "nc"), "scenario file missing.toml: No such file or directory"),
     (("evaluate", "mine.yaml", "nc"), "scenario file mine.yaml: must be TOML, under a name that"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),
@@ -40,14 +40,14 @@ REFUSED = [
     ((*EVALUATE, "--physics", "rigd"), "--physics: no physics engine named 'rigd', did you"),
     ((*EVALUATE, "--episodes", "0"), "--episodes=0: must be at least 1"),
     ((*EVALUATE, "--threads", "0"), "--threads=0: must be at least 1"),
-    ((*EVALUATE, "--address", "auto"), "--address=auto: is for --backend ray"),
+    ((*EVALUATE, "--address", "auto"), "--address=auto: needs --backend ray"),
     ((*EVALUATE, "--backend", "dask"), "'--backend': 'dask' is not one of 'joblib', 'ray'"),
-    ((*EVALUATE, "--device", "cuda"), "--device=cuda: the engine rigid runs on a CPU only"),
+    ((*EVALUATE, "--device", "cuda"), "--device=cuda: the engine rigid calls a library that"),
     ((*EVALUATE, *ON_GPU), "--device='cuda': needs numba-cuda; pip install"),
     ((*EVALUATE, *ON_GPU, "--workers=2"), "--workers=2: spreads worlds over CPUs; leave it out"),
     ((*EVALUATE, *ON_GPU, "--threads=2"), "--threads=2: spreads worlds over CPUs; leave it out"),
     ((*EVALUATE, *ON_GPU, "--backend=ray"), "--backend=ray: spreads worlds over CPUs; leave it"),
-    ((*EVALUATE, *ON_GPU, "--trajectories"), "--trajectories: are recorded on a CPU; leave out"),
+    ((*EVALUATE, *ON_GPU, "--trajectories"), "--trajectories: are recorded on a CPU only; leave"),
     ((*EVALUATE, "--seed", str(2**64 - 1)), "must be a whole number from 0 to 2^64 - 1"),
     ((*EVALUATE, "--out", "taken"), "--out taken: cannot be written"),
     ((*EVALUATE, "--plot", "trips.jpeg"), "--plot trips.jpeg: the name must end in"),
@@ -56,25 +56,25 @@ REFUSED = [
     (("evaluat", "es1", "nc"), "Did you mean 'evaluate'? See: swarm-forage --help"),
     (("reproduce", "ants2009"), "no paper named 'ants2009', did you mean 'ants2008'?"),
     (("list", "es11"), "no scenario, controller or layer named 'es11', did you mean 'es1'?"),
-    (("export", "gather", "--scenario", "aggregation"), "one in which robots forage, as es1"),
+    (("export", "gather", "--scenario", "aggregation"), "one in which robots forage, such as es1"),
     (("bench", "--fast"), "--fast"),
     (("bench", "--device", "cuda"), "device='cuda': needs numba-cuda; pip install"),
     (("train", "sensing", "es1"), "'sensing' is not one of"),
     ((*TRAIN, "--out=taken/x"), "--out taken/x: cannot be written"),
-    (("train", "motion", "es1", "--backend=ray"), "--backend=ray: is for --algorithm cma"),
-    ((*TRAIN, "--backend=ray", "--algorithm=imitation"), "is for --algorithm cma"),
+    (("train", "motion", "es1", "--backend=ray"), "--backend=ray: needs --algorithm cma"),
+    ((*TRAIN, "--backend=ray", "--algorithm=imitation"), "needs --algorithm cma"),
     ((*TRAIN, "--backend=ray", "--device=cuda"), "leave out --device=cuda"),
     (("evaluate", "es1", "learned-weighting:policy=gone.safetensors"), "cannot be read"),
     (("evaluate", "es1", "learned-weighting:policy=taken"), "no policy named 'taken'"),
     ((*EVALUATE, "learned-both", "--set=radio.slots=2"), "does not fit 'es1': obs"),
     (("export", "nc", "--out=taken"), "--out taken: cannot be written (File exists); name"),
-    (("export", "nc", *ARGOS, "--set=faults.deaf.share=1"), "has faulty robots, and the experi"),
-    (("export", "nc", *ARGOS, "--scenario=moving-prey"), "has an area that moves, and the"),
+    (("export", "nc", *ARGOS, "--set=faults.deaf.share=1"), "has faulty robots, which an ARGoS"),
+    (("export", "nc", *ARGOS, "--scenario=moving-prey"), "has an area that moves, which an"),
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),
-    (("new", "weighting", "sgikf"), "name 'sgikf': a weighting rule has that name; take another"),
-    (("new", "task", "foraging"), "name 'foraging': a task has that name; take another one"),
+    (("new", "weighting", "sgikf"), "name 'sgikf': a weighting rule has that name; choose another"),
+    (("new", "task", "foraging"), "name 'foraging': a task has that name; choose another"),
     (("benchmark", "ladder", "--rung=nea"), "no rung named 'nea'"),
     (("benchmark", "ladder", "--seeds=0", "--page=ladder.txt"), "must end in .md"),
 ]
@@ -124,7 +124,7 @@ def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, mess
 @pytest.mark.parametrize(
     ("fault", "message"),
     [
-        (BrokenProcessPool("a process"), "a worker was ended from outside"),
+        (BrokenProcessPool("a process"), "a worker process was killed; the"),
         (OSError(28, "No space left on device", "x"), ": No space left on device: 'x'"),
     ],
 )
@@ -139,7 +139,7 @@ def test_what_goes_wrong_on_the_way_gets_one_line(command, monkeypatch, fault, m
     assert len(stderr.splitlines()) == 2, "the run had begun with a line of its own"
 
 
-HERE = ": must be a file or folder of this machine; write it here, then copy it to the address"
+HERE = ": must be a file or folder on this machine; write it here, then copy it to the address"
 
 FILES = [
     (*EVALUATE, "--plot"),
@@ -158,9 +158,9 @@ FILES = [
 
 
 READ = [
-    (("plot", "boxplot", "{}", "--out=x.png"), "must be a folder of this machine; copy"),
+    (("plot", "boxplot", "{}", "--out=x.png"), "must be a folder on this machine; copy"),
     (("plot", "paths", "{}", "--out=x.png"), "must be the folder of a dataset, or a scenario"),
-    ((*EVALUATE, "--trajectories", "--out={}"), "need a folder of this machine as --out"),
+    ((*EVALUATE, "--trajectories", "--out={}"), "need a folder on this machine as --out"),
 ]
 """Commands that read a folder, or add to it."""
 

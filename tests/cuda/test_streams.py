@@ -124,7 +124,7 @@ def test_every_launch_and_copy_is_in_the_stream_that_was_chosen():
         assert f"'{each}'" in names, each
     assert changes == "[('after', 0), ('goes on', 77), ('after', 77)] 77"
     assert back == "[0] [('after', 77), ('goes on', 0)]"
-    assert refusal.startswith("stream='default': must be the address of a stream of CUDA")
+    assert refusal.startswith("stream='default': must be the address of a CUDA stream")
 
 
 def test_tensors_of_torch_are_made_in_its_current_stream():

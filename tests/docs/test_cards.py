@@ -7,7 +7,7 @@ import cards
 
 
 def test_a_card_says_first_what_the_scenario_is():
-    assert cards._scenario_card("near").startswith("# near\n\nSoon learned: few robots")
+    assert cards._scenario_card("near").startswith("# near\n\nQuick to learn: few robots")
     assert cards._about("es1-clean").startswith("es1 without"), "the name of a scenario stays small"
 
 

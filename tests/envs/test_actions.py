@@ -74,7 +74,7 @@ def test_a_robot_says_nothing_or_one_of_four_words():
     ("options", "error", "message"),
     [
         ({"action": "wheel"}, UnknownNameError, "no form of action named 'wheel', did you mean"),
-        ({"action": "drive", "residual": True}, ConfigError, "take action='wheels'"),
+        ({"action": "drive", "residual": True}, ConfigError, "use action='wheels'"),
         ({"discrete": (0, 3)}, ConfigError, r"^discrete=\(0, 3\): must be True, False, or"),
         ({"discrete": 3}, ConfigError, r"^discrete=3: must be True, False, or \(n, m\) for"),
         ({"sharpest_turn": 1.5}, ConfigError, r"sharpest_turn=1\.5"),
@@ -89,11 +89,11 @@ def test_a_form_that_cannot_be_had_is_refused(options, error, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"discrete": (3000, 3000)}, "makes 9000000 actions; at most 4096, as a network"),
-        ({"discrete": (10**12, 1)}, "makes 1000000000000 actions; at most 4096"),
-        ({"discrete": (10**400, 10**5000)}, "makes <int of thousands of digits> actions"),
-        ({"discrete": (20, 200), "learn": "both"}, "makes 36000 actions; at most 4096"),
-        ({"stack": 1001}, "stack=1001: must be at most 1000, as a network has an input for each"),
+        ({"discrete": (3000, 3000)}, "gives 9000000 actions; must give at most 4096, because"),
+        ({"discrete": (10**12, 1)}, "gives 1000000000000 actions; must give at most 4096"),
+        ({"discrete": (10**400, 10**5000)}, "gives <int of thousands of digits> actions"),
+        ({"discrete": (20, 200), "learn": "both"}, "gives 36000 actions; must give at most 4096"),
+        ({"stack": 1001}, "stack=1001: must be at most 1000, because a network has one"),
         ({"stack": 10**5000}, "stack=<int of thousands of digits>: must be at most 1000"),
     ],
 )

@@ -81,13 +81,13 @@ def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or different numbers from 0 to 1"),
+        ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2 worlds, or different indices from 0"),
         ({"worlds": [True]}, "must be a mask of 2"),
         ({"worlds": "all"}, "must be a mask of 2"),
         ({"worlds": [0, 0]}, "must be a mask of 2"),
-        ({"seed": [1]}, r"seed=\[1\]: must be 2, one for each world"),
+        ({"seed": [1]}, r"seed=\[1\]: must be 2 seeds, one for each world"),
         ({"seed": -1}, "seed=-1"),
-        ({"options": {"task.n_robots": 3}}, "lasts as long as the environment"),
+        ({"options": {"task.n_robots": 3}}, "is the same in all episodes; set it when"),
         ({"options": {"task.area_distance": 9.0}}, "task.area_distance=9.0"),
     ],
 )
@@ -109,7 +109,7 @@ def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
     assert env.scenario.task.area_distance == 1.5
     with pytest.raises(UnknownNameError, match="named 'area_distanc', did you mean"):
         env.reset(options={"area_distanc": 1.0})
-    with pytest.raises(ConfigError, match=r"ground.left would go from 0 to 1.92 brightness, and"):
+    with pytest.raises(ConfigError, match=r"ground.left would go from 0 to 1.92 brightness, but"):
         env.reset(options={"sensors.ground_noise": 0.9})
 
 
@@ -169,7 +169,7 @@ OTHER += [{"decision_period": 5}, {"randomise": {"radio.max_range": (0.1, 0.2)}}
 @pytest.mark.parametrize("options", OTHER)
 def test_a_snapshot_of_another_environment_is_refused_and_changes_nothing(options):
     env, twin = begun(2), begun(2)
-    with pytest.raises(ConfigError, match=r"of other options|cannot be restored"):
+    with pytest.raises(ConfigError, match=r"with other options|cannot be restored"):
         env.restore(begun(**{"n_worlds": 2, **options}).snapshot())
     assert_same(run(env, 5), run(twin, 5))
 
@@ -258,10 +258,10 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"learn": "motion"}, "only learn='weighting'"),
-        ({"decision_period": 5}, "goes with no decision_period"),
-        ({"reward": lambda before, after, events: events["trip"]}, "'own' or 'team' alone"),
-        ({"controller": OUTSIDE}, "whose motion is compiled"),
+        ({"learn": "motion"}, "needs learn='weighting'"),
+        ({"decision_period": 5}, "excludes decision_period"),
+        ({"reward": lambda before, after, events: events["trip"]}, "needs reward='own' or 'team'"),
+        ({"controller": OUTSIDE}, "whose layers are compiled"),
     ],
 )
 def test_steps_that_cannot_end_with_an_exchange_are_refused(options, message):

@@ -100,7 +100,7 @@ def test_robots_that_correct_each_other_need_one_estimator_of_their_task(options
 
 def test_where_all_robots_learn_everything_there_is_no_mixture():
     for learners, controller in ((None, "dsgiff"), (10, {0: "nc"})):
-        with pytest.raises(ConfigError, match="none runs where learn='everything' and all"):
+        with pytest.raises(ConfigError, match="no robot to run if learn='everything'"):
             parallel_env("es1", learn="everything", learners=learners, controller=controller)
 
 

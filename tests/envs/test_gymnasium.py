@@ -156,9 +156,9 @@ def test_nothing_is_drawn_without_a_mode():
     with pytest.raises(ResetNeeded, match="call reset"):
         swarm.render()
     swarm.reset(seed=0)
-    with pytest.raises(ConfigError, match="give render_mode='human', 'rgb_array' or 'ansi'"):
+    with pytest.raises(ConfigError, match="set render_mode='human', 'rgb_array' or 'ansi'"):
         swarm.render()
-    with pytest.raises(ConfigError, match=r"^render_mode='ansi': this API draws .* parallel_env"):
+    with pytest.raises(ConfigError, match=r"^render_mode='ansi': this interface .* parallel_env"):
         ArrayEnv("es1", render_mode="ansi")
 
 

@@ -189,7 +189,7 @@ def test_streams_of_observations_stand_while_other_worlds_are_reset_and_are_in_s
         ("layers", UnknownNameError, "no observation named 'layers', did you mean 'layer'"),
         ([], ConfigError, r"observation=\[\]"),
         (7, ConfigError, "observation=7: must be 'layer'"),
-        ([Compass, Compass], ConfigError, "twice: .'compass'."),
+        ([Compass, Compass], ConfigError, "repeated: .'compass'."),
     ],
 )
 def test_what_is_no_observation_is_refused(observation, error, message):
@@ -200,10 +200,10 @@ def test_what_is_no_observation_is_refused(observation, error, message):
 @pytest.mark.parametrize(
     ("value", "error", "message"),
     [
-        (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .*of -3.14159 to"),
+        (np.nan, ConfigError, "compass: is nan for learner 0 of world 0, must be .*from -3.14159"),
         (7.0, ConfigError, "compass: is 7.0 for learner 0 of world 0"),
         (None, ValueError, "read-only"),
-        ("", ConfigError, "Broken: `write` returned numbers, must write them into `out`"),
+        ("", ConfigError, "Broken: `write` returned a value, must write features into"),
     ],
 )
 def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, error, message):
@@ -225,7 +225,7 @@ def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, er
     [
         (lambda: Feature("x", "m", 1.0, 0.0), "feature x: low=1.0 must be at most 0.0"),
         (lambda: Feature("x", "m", 0.0, 1.0, scale=0.0), "feature x: scale=0.0 must be above 0"),
-        (lambda: [Feature("x", "m", -9.0, np.inf)], "tell no typical size; give the feature"),
+        (lambda: [Feature("x", "m", -9.0, np.inf)], "give no typical size; give the feature"),
         (lambda: "x", "observation Broken: features gave 'x', must be a list of Feature"),
     ],
 )

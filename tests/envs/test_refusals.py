@@ -34,21 +34,21 @@ def test_an_unknown_name_is_answered_with_the_nearest_in_a_line(options, message
     [
         ({"learn": 3}, "learn=3"),
         ({"residual": 2}, "residual=2"),
-        ({"residual": True, "scenario": "waypoints-05"}, "cannot be had in the task waypoints"),
+        ({"residual": True, "scenario": "waypoints-05"}, "is not available in the task waypoints"),
         ({"physics": ["rigid"]}, "physics="),
-        ({"shaping": -1.0}, "shaping=-1.0: input should be greater than or equal to 0"),
+        ({"shaping": -1.0}, "shaping=-1.0: must be greater than or equal to 0"),
         ({"shaping": float("nan")}, "shaping=nan"),
-        ({"discount": 1.5}, "discount=1.5: input should be less than or equal to 1"),
+        ({"discount": 1.5}, "discount=1.5: must be less than or equal to 1"),
         ({"decision_period": 2.5}, "decision_period=2.5"),
         ({"decision_period": 18_001}, "must be at most the 18000 ticks"),
         ({"max_cycles": 0}, "max_cycles=0"),
-        ({"max_cycles": 10**400}, r"max_cycles=10{39}\.\.\.: input should be less than"),
+        ({"max_cycles": 10**400}, r"max_cycles=10{39}\.\.\.: must be less than"),
         ({"render_mode": "svg"}, "render_mode='svg': must be one of 'human', 'rgb_array', 'ansi'"),
         ({"controller": 7}, "controller=7: must be a name or a controller"),
-        ({"learn": "weighting", "controller": "nc"}, "'nc': nobody talks, so that there is"),
+        ({"learn": "weighting", "controller": "nc"}, "'nc': its robots exchange nothing that"),
         (
             {"learn": "weighting", "controller": "subsumption:estimator=dead_reckoning"},
-            "'subsumption': nobody talks",
+            "'subsumption': its robots exchange nothing",
         ),
     ],
 )
@@ -163,11 +163,11 @@ MISUSED = {
 def test_options_and_snapshots_that_are_none_are_refused(made):
     misused = made()
     for options in (5, "x", [1], {5: 1}, {None: 1}, [("a", 1)], np.ones(3), True):
-        with pytest.raises(ConfigError, match=r"options=.*must be numbers of the scenario by name"):
+        with pytest.raises(ConfigError, match=r"options=.*must be a dictionary of scenario param"):
             misused.reset(options=options)
     misused.reset(seed=1)
     for snapshot in (5, None, (), (1, 2)):
-        with pytest.raises(ConfigError, match=r"restore\(\): must be given what snapshot\(\)"):
+        with pytest.raises(ConfigError, match=r"restore\(\): must be given the result of snap"):
             misused.restore(snapshot)
 
 

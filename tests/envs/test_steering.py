@@ -128,11 +128,11 @@ def test_a_correction_has_its_size(busy):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"learn": "weighting", "reflexes": True}, "reflexes=True: cannot be had with learn='wei"),
-        ({"learn": "everything", "action": "course"}, "action='course': cannot be had with learn"),
-        ({"scenario": "waypoints-05", "reflexes": True}, "learn 'motion' in a scenario of forag"),
-        ({"action": "course", "reflexes": False}, "reflexes=False: action='course' is steered ov"),
-        ({"residual": True, "reflexes": False}, "reflexes: a correction is added to a motion"),
+        ({"learn": "weighting", "reflexes": True}, "reflexes=True: needs a hand-written motion"),
+        ({"learn": "everything", "action": "course"}, "action='course': needs a hand-written"),
+        ({"scenario": "waypoints-05", "reflexes": True}, "learn='motion' in a foraging scenario"),
+        ({"action": "course", "reflexes": False}, "reflexes=False: action='course' is steered by"),
+        ({"residual": True, "reflexes": False}, "reflexes: a residual policy corrects a hand-"),
     ],
 )
 def test_steering_that_cannot_be_had_is_refused(options, message):

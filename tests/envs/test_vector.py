@@ -109,7 +109,7 @@ def test_without_autoreset_some_worlds_are_reset_by_a_mask():
 @pytest.mark.parametrize(
     ("mode", "mask", "message"),
     [
-        ("NextStep", [True, False, True], "keep in step; take autoreset_mode='Disabled'"),
+        ("NextStep", [True, False, True], "none is reset alone; use autoreset_mode='Disabled'"),
         ("Disabled", [True], "must be a mask of 3 worlds"),
         ("Disabled", [1, 0, 1], "must be a mask of 3 worlds"),
     ],
@@ -136,7 +136,7 @@ def test_a_block_is_made_again_from_its_spec_and_says_how_episodes_follow(mode):
     [
         ({"num_envs": 0}, "num_envs=0: must be a whole number, at least 1"),
         ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
-        ({"max_episode_steps": 5, **EXCHANGES}, "max_episode_steps=5: under .* give max_cycles"),
+        ({"max_episode_steps": 5, **EXCHANGES}, "max_episode_steps=5: under .* use max_cycles"),
         ({"num_envs": 2, "stagger": True}, "stagger=True: worlds end .*='Disabled'"),
         ({"num_envs": 2, **EXCHANGES}, "step_on='exchange': worlds end at .*='sync'"),
         ({"num_envs": 2, "render_mode": "human"}, "one window shows one world, not 2"),

@@ -110,7 +110,7 @@ def test_a_number_of_the_scenario_makes_a_curve_on_an_axis_near_its_values(
 def test_a_curve_of_one_value_is_refused_with_how_to_get_more(keep):
     folder = keep({"ssgiff": 3, "nc": 1})
     for x in (None, "beta"):
-        with pytest.raises(ConfigError, match=r"takes two values .* evaluate some, as in"):
+        with pytest.raises(ConfigError, match=r"takes two values .* evaluate two values, as in"):
             draw("curve", folder, x=x)
 
 
@@ -164,7 +164,7 @@ def test_a_table_crosses_motion_with_localisation_and_names_what_it_leaves_out(k
         ("subsumption", "social\nodometry"): "21.5",
         ("subsumption", "dead\nreckoning"): "11.5",
     }
-    assert "left out, as they name no localisation: nc" in caplog.text
+    assert "left out, because they name no localisation: nc" in caplog.text
     figure = draw("table", folder, metric="recruitment_time_s")
     assert "n = 4 episodes each, 0 of them with a value" in caption(figure)
     with pytest.raises(ConfigError, match="subsumption:estimator=dead_reckoning"):
@@ -187,9 +187,9 @@ def test_paths_hold_every_robot_all_the_time(evaluated):
 def test_paths_that_do_not_repeat_the_dataset_are_refused(evaluated, dataset, configuration):
     folder, episode = evaluated
     dataset.keep(configuration, [replace(episode, round_trips=99)])
-    with pytest.raises(ConfigError, match="gave 0 round trips, the dataset holds 99"):
+    with pytest.raises(ConfigError, match="gives 0 round trips here, but 99 in the dataset"):
         draw("paths", folder)
-    with pytest.raises(ConfigError, match="--seed 4: ssgikf has the seeds 3 to 3"):
+    with pytest.raises(ConfigError, match="--seed 4: must be one of ssgikf, 3 to 3"):
         draw("paths", folder, seed=4)
     older = replace(configuration)
     older.__dict__["code"] = "0123456789abcdef"
@@ -200,7 +200,7 @@ def test_paths_that_do_not_repeat_the_dataset_are_refused(evaluated, dataset, co
 
 
 def test_paths_of_a_scenario_need_its_controllers_and_walls():
-    with pytest.raises(ConfigError, match="robots that forage"):
+    with pytest.raises(ConfigError, match="in which robots forage"):
         draw("paths", "waypoints-05-authors", "boids-goal")
     with pytest.raises(UnknownNameError, match=r"did you mean .*'ssgikf'"):
         draw("paths", "es1", "sgikf")
@@ -232,7 +232,7 @@ def test_learning_curves_come_from_cards_by_the_ends_of_their_names(cards):
     assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == ([0.0, 1.0], [1.0, 5.0])
     assert figure.axes[0].get_xlabel() == "simulated time of training [h]"
     assert "one/best: train weighting." in caption(figure)
-    with pytest.raises(ConfigError, match="the cards have es1"):
+    with pytest.raises(ConfigError, match="must be a scenario of the cards: es1"):
         draw("learning", cards[0], scenarios=("es2",))
 
 

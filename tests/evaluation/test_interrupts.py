@@ -149,7 +149,7 @@ def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(
     output += run.communicate(timeout=60)[1]
     assert run.returncode == 130, output
     assert "Traceback" not in output
-    assert "swarm-forage: stopped; the same command goes on from here\n" in output
+    assert "swarm-forage: stopped; the same command resumes from here\n" in output
     assert processes.becomes_true(lambda: is_gone(run.pid), 10.0), "its workers too"
     assert 600 > n_files(out) >= max(map(int, counts))
     assert not list(temporary.glob("swarm-forage-*"))

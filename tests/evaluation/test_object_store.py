@@ -79,7 +79,7 @@ def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(command, mon
     monkeypatch.setattr(type(store), "find", lambda *_, **__: {})
     status, _, stderr = command(*one)
     assert status == 1
-    assert "memory://swarm/y: 2 of 2 episodes are not there any more" in stderr.splitlines()[-1]
+    assert "memory://swarm/y: 2 of 2 episodes no longer exist" in stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize(

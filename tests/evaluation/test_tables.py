@@ -73,7 +73,7 @@ def test_a_mean_over_part_of_the_episodes_says_over_how_many(episodes):
     text = printed(report(some, ["radio.frames=1"]))
     assert "n = 3 of 4" in text
     assert "-81.1 to 221.1" in text
-    assert "the others are left out" in text
+    assert "the others have no value" in text
     assert ", radio.frames=1:" in text
 
 

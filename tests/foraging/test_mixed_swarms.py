@@ -91,12 +91,12 @@ def test_worlds_in_which_other_robots_understand_each_other_are_refused():
         named("dsgiff")] * 8)]  # fmt: skip
     with pytest.raises(ConfigError, match="must understand each other in all worlds"):
         Loop(busy(), swarms, [4, 5])
-    with pytest.raises(ConfigError, match="'ssgikf' and 'ssgiff' have another weighting"):
+    with pytest.raises(ConfigError, match="'ssgikf' and 'ssgiff' differ in their weighting"):
         Loop(busy(), [mixed(named("ssgikf")), mixed(named("ssgiff"))], [4, 5])
 
 
 def test_an_oracle_drives_no_robots_among_others():
-    with pytest.raises(ConfigError, match="'global': drives whole swarms only"):
+    with pytest.raises(ConfigError, match="'global': controls whole swarms only"):
         Loop(busy(), mixed(named("dsgiff"), REFERENCES["global"]), [4])
 
 

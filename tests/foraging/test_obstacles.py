@@ -116,5 +116,5 @@ def test_obstacles_are_read_from_a_command_line():
     text = '[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]'
     (found,) = find_scenario("es1", {"obstacles": text}).obstacles
     assert found == Obstacle(points=((0.4, -0.1), (0.4, 0.1)), radius=0.01)
-    with pytest.raises(ConfigError, match="obstacles=wall: must be a list in JSON, as "):
+    with pytest.raises(ConfigError, match="obstacles=wall: must be a list in JSON, such as "):
         find_scenario("es1", {"obstacles": "wall"})

@@ -116,7 +116,7 @@ def test_many_spaces_are_restored_and_forgotten():
         run(5, loop)
 
 
-OF_ANOTHER_KIND = r"a snapshot of the task foraging, engine .* cannot be restored"
+OF_ANOTHER_KIND = r"the snapshot of the task foraging, engine .*: cannot be restored"
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_a_pymunk_that_keeps_its_contacts_otherwise_is_refused(monkeypatch):
     loop = crowd()
     run(2, loop)
     monkeypatch.setattr(pymunk.Space, "collision_slop", 0.5)  # not what is found in memory
-    with pytest.raises(ConfigError, match="keeps its contacts in a way that is not known"):
+    with pytest.raises(ConfigError, match="stores its contacts in an unknown layout"):
         loop.snapshot()
 
 

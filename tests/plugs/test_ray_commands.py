@@ -98,7 +98,7 @@ def test_a_command_that_is_stopped_ends_its_cluster_in_one_line(start, tmp_path,
     stdout, stderr = run.communicate(timeout=100)
     assert run.returncode == 130
     assert stdout == ""
-    assert stderr.splitlines()[1:] == ["swarm-forage: stopped; the same command goes on from here"]
+    assert stderr.splitlines()[1:] == ["swarm-forage: stopped; the same command resumes from here"]
     assert not left_of(ours)
 
 

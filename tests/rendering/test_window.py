@@ -155,7 +155,7 @@ def test_a_screen_that_nobody_sees_is_no_display(window, scenes, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(windows.sys, "platform", "linux")
-    with pytest.raises(ConfigError, match=r"DISPLAY is not set\); take frames, a video or"):
+    with pytest.raises(ConfigError, match=r"DISPLAY is not set\); make frames, a video or"):
         window.show(scenes[0])
 
 
@@ -265,7 +265,7 @@ def test_what_cannot_be_driven_is_refused():
     with pytest.raises(ConfigError, match="make the environment with render_mode='human'"):
         ManualPolicy(made(render_mode="rgb_array"))
     for options in ({"learn": "weighting"}, {"action": "wheels"}, {"discrete": True}):
-        with pytest.raises(ConfigError, match="only learn='motion' with action='drive'"):
+        with pytest.raises(ConfigError, match="keys drive learn='motion' with action='drive'"):
             ManualPolicy(made(**options))
     with pytest.raises(ConfigError, match="agent_id=10: must be 0 to 9"):
         ManualPolicy(made(), 10)

@@ -52,8 +52,8 @@ def test_a_file_without_base_is_refused_with_the_line_that_it_lacks(file, text):
         (BASE + '[task]\nn_robots = "ten"\n', ["task.n_robots='ten'", "integer"]),
         (BASE + "radio = 3\n", [": no scenario parameter named 'radio'"]),
         ('base = "es9"\n', [": no scenario named 'es9'", "did you mean"]),
-        ("base = 5\n", ["5", "must be a name"]),
-        ('base = "other.toml"\n', [": base='other.toml'", "as es1; no file"]),
+        ("base = 5\n", ["5", "must be the name"]),
+        ('base = "other.toml"\n', [": base='other.toml'", "such as es1, not a file"]),
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line_that_says_what_and_why(file, text, parts):
@@ -78,7 +78,7 @@ def test_a_file_that_is_missing_no_text_or_its_own_base_is_refused(file, tmp_pat
 
 def test_tables_that_lie_too_deep_are_refused(file):
     deep = "[" + ".".join(["a"] * 3000) + "]\n"
-    with pytest.raises(ConfigError, match=r"tables lie too deep in each other.*\[radio\]"):
+    with pytest.raises(ConfigError, match=r"tables are nested too deeply.*\[radio\]"):
         find_scenario(file(deep))
     with pytest.raises(ConfigError, match="scenario file"):
         find_scenario(file("x = " + "[" * 3000 + "]" * 3000 + "\n"))

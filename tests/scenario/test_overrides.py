@@ -38,7 +38,7 @@ class Two(Parameters):
 
 
 def test_a_word_that_two_fields_end_in_is_refused_with_both():
-    with pytest.raises(ConfigError, match=r"'size' is ambiguous: say left\.size or right\.size"):
+    with pytest.raises(ConfigError, match=r"'size' is ambiguous; write left\.size or right\.size"):
         override(Two(), {"size": 2.0})
     assert override(Two(), {"left.size": 2.0}) == Two(left=Twin(size=2.0))
 
@@ -73,7 +73,7 @@ NUMBERS = [
     "value", [math.nan, math.inf, -math.inf, "nan", "-inf", -1.0, "many", None]
 )
 def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
-    check_refused("es1", {path: value}, [f"{path}={value!r}: ", "should be"])
+    check_refused("es1", {path: value}, [f"{path}={value!r}: ", "must be"])
 
 
 HUGE = {"length": 300.0, "width": 300.0, "start_radius": 100.0, "area_distance": 250.0,
@@ -103,7 +103,7 @@ HUGE = {"length": 300.0, "width": 300.0, "start_radius": 100.0, "area_distance":
         ({"radius": 1e-200}, ["robot.radius=1e-200", "greater than or equal to 0.001"]),
         ({"duration": 1e308}, ["task.duration=1e+308", "at most 1e+12"]),
         ({"duration": 1e9}, ["task.duration=1000000000.0", "at most 1e+08 s"]),
-        ({"length": 2e5, "width": 2e5}, ["arena.length=200000.0", "at most 10000000 squares of"]),
+        ({"length": 2e5, "width": 2e5}, ["arena.length=200000.0", "at most 10000000 squares with"]),
         (HUGE | {"n_robots": 20_000}, ["task.n_robots=20000", "neighbours may be at most 1000000"]),
         ({"cruise_speed": 0.129, "tick": 0.5}, ["cruise_speed=0.129", "at most 0.105 [m/s]"]),
         ({"frames": 10**6}, ["radio.frames=1000000", "less than or equal to 10000"]),

@@ -69,8 +69,8 @@ REFUSED = {
     "not a number": ({"task.area_distance": (float("nan"), 1.0)}, "low must be at most high"),
     "halves of frames": ({"radio.frames": (1.0, 2.5)}, "must be two whole numbers"),
     "a name": ({"name": (1, 2)}, "name='es1' is no number"),
-    "how many robots": ({"n_robots": (5, 10)}, r"task\.n_robots fixes the sizes"),
-    "slots": ({"radio.slots": (1, 4)}, r"radio\.slots fixes the sizes"),
+    "how many robots": ({"n_robots": (5, 10)}, r"task\.n_robots determines the sizes"),
+    "slots": ({"radio.slots": (1, 4)}, r"radio\.slots determines the sizes"),
     "a typo": ({"task.area_distanse": (0.8, 1.5)}, r"did you mean 'task\.area_distance'"),
     "one twice": ({**DISTANCE, "area_distance": (0.8, 0.9)}, "given twice, once as"),
     "low too low": (
@@ -93,7 +93,7 @@ def test_what_is_no_range_of_the_scenario_is_refused_at_once(ranges, why):
 
 
 def test_a_distance_of_areas_that_have_places_of_their_own_is_refused():
-    text = r"task\.area_distance changes nothing in 'two-prey', where task\.areas is read instead"
+    text = r"task\.area_distance has no effect in 'two-prey', which uses task\.areas instead"
     with pytest.raises(ConfigError, match=text):
         Randomisation(find_scenario("two-prey"), DISTANCE)
 

@@ -228,10 +228,10 @@ def test_a_robot_alone_commands_the_same_in_web_assembly(controller, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"), [("global", "it knows the truth"), ("boids-adaptive", "pair of robots")]
+    ("name", "reason"), [("global", "it knows the ground truth"), ("boids-adaptive", "pair of robots")]
 )
 def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
-    with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, as .*{reason}"):
+    with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, because .*{reason}"):
         ExportedRobot(find_layered_controller(name), find_scenario("es1"))
 
 
@@ -347,7 +347,7 @@ def test_an_experiment_of_argos_has_the_arena_of_the_scenario(tmp_path):
 def test_a_swarm_that_a_chip_has_no_room_for_is_refused(tmp_path):
     scenario = find_scenario("es3", {"task.n_robots": 250, "task.start_radius": 1.0})
     large = ExportedRobot(find_layered_controller("ssgikf"), scenario)
-    with pytest.raises(ConfigError, match=r"takes \d+ bytes of ram .* STM32F407 has 196608"):
+    with pytest.raises(ConfigError, match=r"needs \d+ bytes of ram .* STM32F407 has 196608"):
         export(large, "cortex-m4", tmp_path)
     assert not list(tmp_path.iterdir())
 
@@ -355,5 +355,5 @@ def test_a_swarm_that_a_chip_has_no_room_for_is_refused(tmp_path):
 def test_only_one_world_of_a_compiled_loop_goes_elsewhere():
     scenario = find_scenario("es1")
     for seeds, physics in (([0, 1], "kinematic"), ([0], "rigid")):
-        with pytest.raises(ConfigError, match="one world with the engine 'kinematic'"):
+        with pytest.raises(ConfigError, match="one world under physics='kinematic'"):
             memory_of(Loop(scenario, find_controller("nc"), seeds, physics))

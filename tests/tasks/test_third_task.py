@@ -74,7 +74,7 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
 def test_what_it_has_not_is_refused_in_our_words():
     with pytest.raises(UnknownNameError, match="no layer to learn named 'everything'"):
         parallel_env("patrol-1", learn="everything")
-    with pytest.raises(ConfigError, match="residual=True: cannot be had in the task patrol"):
+    with pytest.raises(ConfigError, match="residual=True: is not available in the task patrol"):
         parallel_env("patrol-1", residual=True)
     with pytest.raises(ConfigError, match="its estimator is not made for the task patrol"):
         parallel_env("patrol-1", controller="ssgikf")
@@ -128,4 +128,4 @@ def test_the_command_lists_it_with_every_number(capsys):
     }  # fmt: skip
     assert list(listing.describe("patrol-1")["parameters"]) == ["patrol-1", "task"]
     assert run(["list", "patrol-1"]) == 0
-    assert capsys.readouterr().out.endswith("Change one in evaluate with --set task.n_robots=4\n")
+    assert capsys.readouterr().out.endswith("To set one in evaluate: --set task.n_robots=4\n")

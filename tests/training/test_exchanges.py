@@ -61,7 +61,7 @@ def test_the_error_and_the_share_of_a_network_are_of_the_area_that_was_told():
 @pytest.mark.parametrize("rows", [[], [2]])
 def test_where_an_oracle_gains_nothing_there_is_nothing_to_learn(rows):
     found = Exchanges(*(each[rows] for each in vars(three()).values()))
-    with pytest.raises(ConfigError, match=f"'here': in {len(rows)} exchanges nobody who knew"):
+    with pytest.raises(ConfigError, match=f"'here': in {len(rows)} exchanges no robot that"):
         found.gain("here")
 
 

@@ -78,9 +78,9 @@ def test_what_has_no_graph_is_refused():
         ConfigError, match=r"observation='layer': has no edges; add training\.graph"
     ):
         Graphs(env_of(observation="layer"))
-    with pytest.raises(ConfigError, match="learners=2: only learners observe"):
+    with pytest.raises(ConfigError, match="learners=2: each robot is a node"):
         Graphs(env_of(learners=2))
-    with pytest.raises(ConfigError, match="robots of a WaypointsScenario have none; take"):
+    with pytest.raises(ConfigError, match="robots of a WaypointsScenario have no radio; use"):
         ArrayEnv("waypoints-05", observation=["layer", Edges])
     graphs, n = Graphs(env_of()), len(env_of().observation_layout)
     for shape in ((2, 6, n - 1), (5, n)):

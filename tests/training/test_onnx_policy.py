@@ -86,11 +86,11 @@ def test_a_network_that_does_not_fit_and_a_file_that_is_none_are_refused(file):
             find_controller(f"onnx:{path}").check_usable(find_scenario("es1", SMALL))
 
     path, _ = file(3, 2)
-    refused(path, r"p.onnx: does not take observations of 4 robots and \d\d+ numbers \(")
+    refused(path, r"p.onnx: does not accept observations of 4 robots and \d\d+ features \(")
     file(3, 2, ["seen", "more"])
     refused(path, "p.onnx: has inputs seen, more; must have one")
     path.write_text("no network")
-    refused(path, r"p\.onnx: is no ONNX \(")
+    refused(path, r"p\.onnx: is not ONNX \(")
 
 
 def test_without_the_package_one_line_says_what_installs_it(tmp_path, monkeypatch):
@@ -129,10 +129,10 @@ def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, 
     act = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form).act
     assert act(np.zeros((2, 4), np.float32), None, None)[0].tolist() == acts
     with pytest.raises(
-        ConfigError, match=r"observations of 2 robots and 3 numbers \(.*an odd number\); say"
+        ConfigError, match=r"observations of 2 robots and 3 features \(.*an odd number\); give"
     ) as no:
         act(np.zeros((2, 3), np.float32), None, None)
     assert "\n" not in str(no.value)
     (tmp_path / "p.pt").write_text("no network")
-    with pytest.raises(ConfigError, match=r"is no TorchScript \(\w[^\n]*\)$"):
+    with pytest.raises(ConfigError, match=r"is not TorchScript \(\w[^\n]*\)$"):
         TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form)

@@ -43,7 +43,7 @@ def test_a_card_lies_beside_its_policy_and_is_read_again(tmp_path):
     text = written.read_text("utf-8")
     assert text.endswith("}\n")
     wrong = text.replace('"format": 2', '"format": 3').replace('"scenario": "es1"', '"scenario": 5')
-    with pytest.raises(ConfigError, match=r"card x: format: .*; take it away, and say what"):
+    with pytest.raises(ConfigError, match=r"card x: format: .*; remove it, and give the key"):
         card_from(wrong, "x")  # the first of its errors is told
 
 
@@ -98,7 +98,7 @@ def test_observations_are_told_by_name_and_a_class_of_ones_own_by_its_module():
 def test_a_card_cannot_choose_a_class_to_observe_by(tmp_path, observation):
     env = SwarmVecEnv("es1", n_worlds=1, observation=observation)
     PPO("MlpPolicy", env, device="cpu").save(tmp_path / "m.zip")
-    with pytest.raises(ConfigError, match=r"where you trust its module, name it: ") as refusal:
+    with pytest.raises(ConfigError, match=r"if you trust its module, name it: ") as refusal:
         find_controller(f"sb3:{tmp_path / 'm.zip'}")
     find_controller(str(refusal.value).partition("name it: ")[2]).check_usable(find_scenario("es1"))
 
@@ -110,7 +110,7 @@ def test_an_observation_of_a_state_of_its_own_is_not_what_its_class_makes(tmp_pa
     save_policy_card(tmp_path / "m.pt", "es1", observation=["layer", own])
     (tmp_path / "m.pt").write_bytes(b"")
     for given in ("", f",observation=layer+{__name__}:Own"):
-        with pytest.raises(ConfigError, match=rf":Own\(...\) in training, which {__name__}:Own"):
+        with pytest.raises(ConfigError, match=rf":Own\(...\) in training, and {__name__}:Own"):
             find_controller(f"torchscript:{tmp_path / 'm.pt'}{given}")
 
 
@@ -137,11 +137,11 @@ def write_card_of(folder, **changes):
         ({"keywords": {"learn": "motion\x1b[2J"}}, "no layer to learn named 'motion.x1b"),
         ({"keywords": {"sharpest_turn": float("nan")}}, "card .*: keywords.sharpest_turn: Input"),
         ({"scenario": "es1\nall is well"}, "card .*: scenario: String should match"),
-        ({"controller": "sb3:m.zip"}, "'sb3:m.zip': is not of hand-written layers"),
-        ({"controller": "callable:intrusion:Own"}, "is not of hand-written layers"),
-        ({"controller": "learned-weighting:policy=x.safetensors"}, "is not of hand-written lay"),
-        ({"controller": "sikf+learned+boids:policy=x.safetensors"}, "is not of hand-written lay"),
-        ({"controller": "ssgiff:motion=learned"}, "must be a name and its numbers"),
+        ({"controller": "sb3:m.zip"}, "'sb3:m.zip': must be of hand-written layers"),
+        ({"controller": "callable:intrusion:Own"}, "must be of hand-written layers"),
+        ({"controller": "learned-weighting:policy=x.safetensors"}, "must be of hand-written lay"),
+        ({"controller": "sikf+learned+boids:policy=x.safetensors"}, "must be of hand-written lay"),
+        ({"controller": "ssgiff:motion=learned"}, "must be a name and parameters"),
         ({"controller": "no-error"}, "is a reference that knows the ground truth"),
     ],
 )  # fmt: skip

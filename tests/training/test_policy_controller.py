@@ -193,7 +193,7 @@ def test_robots_with_a_policy_and_others_make_a_swarm(model, scenario, tmp_path)
 
 def test_a_policy_of_everything_has_no_room_for_a_learner(model, tmp_path):
     model(learn="everything")
-    with pytest.raises(ConfigError, match=r"is everything, .* no layer of robot 0 to learn"):
+    with pytest.raises(ConfigError, match=r"replaces every layer, .* left for robot 0 to learn"):
         parallel_env("es1", controller=f"sb3:{tmp_path / 'model.zip'}", **FAST)
 
 
@@ -226,13 +226,13 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
         ("sb3:model.zip,stack=0", "stack='0'"),
         ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
         ("sb3:model.zip,learn=motoin", "did you mean 'motion'"),
-        ("sb3:model.zip,normalise=false", "number 8 .* was situation.ground.left .of its"),
+        ("sb3:model.zip,normalise=false", "feature 8 .* was situation.ground.left .of its"),
         ("sb3:model.zip,file=model.zip", "given twice"),
         ("sb:model.zip", "must be parameter=value|did you mean 'sb3'"),
         ("callable:math", "a module and a function"),
         ("callable:no_rules:ahead", "No module"),
         ("callable:math:back", "no attribute"),
-        ("callable:math:pi", "is a float, no function"),
+        ("callable:math:pi", "is a float, not a function"),
     ],
 )
 def test_what_cannot_be_used_is_refused_by_name(name, why, model, scenario, tmp_path, monkeypatch):
@@ -246,8 +246,8 @@ def test_what_cannot_be_used_is_refused_by_name(name, why, model, scenario, tmp_
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (np.full((4, 2), np.nan), r"drive\.speed=nan: .* find what made it: a division by 0"),
-        (np.full((4, 2), -np.inf), r"drive\.speed=-inf: .* find what made it: a division by 0"),
+        (np.full((4, 2), np.nan), r"drive\.speed=nan: .* its cause, such as a division by 0"),
+        (np.full((4, 2), -np.inf), r"drive\.speed=-inf: .* its cause, such as a division by 0"),
         ([[0.0, 0.0], [0.0]], r"gives no array of actions \(setting an array element"),
         (torch.zeros(4, 2, requires_grad=True), r"no array of actions \(.* requires grad"),
         (np.full((4, 2), 5), r"drive\.speed=5"),  # whole numbers are not clipped to the bounds

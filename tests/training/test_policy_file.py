@@ -79,7 +79,7 @@ def test_the_card_of_other_weights_is_refused(policy_file):
     zeros = {name: np.zeros_like(array) for name, array in policy.weights.items()}
     save_policy(other, zeros, policy.card)
     other.replace(policy_file)
-    with pytest.raises(ConfigError, match="is of other weights"):
+    with pytest.raises(ConfigError, match="belongs to other weights"):
         load_policy(policy_file)
 
 
@@ -172,7 +172,7 @@ def test_a_policy_for_another_layer_is_refused(policy_file):
     layers = {"motion": layer_card("motion", Scenario(), "any", {"hidden": 1})}
     card = load_policy(policy_file).card.model_copy(update={"layers": layers})
     save_policy(policy_file, {"motion.x": np.zeros(1, np.float32)}, card)
-    with pytest.raises(ConfigError, match="takes the place of motion, not of weighting"):
+    with pytest.raises(ConfigError, match="replaces the motion, not the weighting"):
         EXCHANGE_NETWORK.numbers_of(load_policy(policy_file))
 
 
@@ -219,7 +219,7 @@ def test_a_torchscript_that_would_swell_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("training.foreign_file.LARGEST", 2**20)
     with zipfile.ZipFile(tmp_path / "m.pt", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("m/data/0", bytes(2**21))
-    assert "is no TorchScript (has 2.0 MiB" in refusal(f"torchscript:{tmp_path / 'm.pt'}")
+    assert "is not TorchScript (has 2.0 MiB" in refusal(f"torchscript:{tmp_path / 'm.pt'}")
 
 
 def test_a_card_is_read_through_a_link_and_must_be_a_file_of_some_size(tmp_path):

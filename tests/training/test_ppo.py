@@ -190,7 +190,7 @@ def test_a_memory_runs_without_torch_as_it_was_trained(network):
         (lambda arrays: arrays.pop("1.bias"), "array '1.bias' is missing"),
         (lambda arrays: arrays.update({"x.weight": arrays["0.bias"]}), "no such array"),
         (lambda arrays: arrays["0.bias"].fill(np.nan), "holds NaN"),
-        (lambda arrays: arrays["0.bias"].fill(1.0), "its card is of other weights"),
+        (lambda arrays: arrays["0.bias"].fill(1.0), "its card belongs to other weights"),
     ],
 )
 def test_a_damaged_network_is_refused_in_one_line(network, damage, message):

@@ -230,13 +230,13 @@ def group(terms=TERMS, hidden=(64, 64), **changes):
     [
         (learner_of, TERMS, {**EXCHANGES, "max_cycles": 2}, "0 exchanges in a rollout"),
         (learner_of, replace(TERMS, rows_together=3), {}, "=3: must divide the 8 rows"),
-        (learner_of, FOURS, EXCHANGES, "actions of some rows count that go together"),
-        (learner_of, TERMS, {"discrete": True, "policy": torch.nn.Linear(1, 1)}, "gives numbers"),
+        (learner_of, FOURS, EXCHANGES, "rows that go together must act in the same"),
+        (learner_of, TERMS, {"discrete": True, "policy": torch.nn.Linear(1, 1)}, "gives contin"),
         (remembering, FOURS, {}, "rows_together=4: a network with memory"),
-        (group, TERMS, {"n_worlds": 3}, "2 policies side by side: have equal parts"),
-        (group, TERMS, EXCHANGES, "2 policies side by side: act in every step"),
+        (group, TERMS, {"n_worlds": 3}, "2 policies side by side: need equal parts"),
+        (group, TERMS, EXCHANGES, "2 policies side by side: must act in every"),
         (group, TERMS, {"hidden": (8,)}, "2 policies side by side: must be dense layers"),
-        (remembering, TERMS, EXCHANGES, "some rows count that go together"),
+        (remembering, TERMS, EXCHANGES, "rows that go together must act in"),
     ],
 )
 def test_what_cannot_be_learned_is_refused(make, terms, changes, message):

@@ -180,7 +180,7 @@ def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
 def test_a_policy_without_a_distribution_cannot_act_by_chance(tmp_path):
     TD3("MlpPolicy", env_of(), seed=0, device="cpu").save(tmp_path / "m.zip")
     for name in (f"sb3:{tmp_path}/m.zip", "callable:numpy:zeros_like"):
-        with pytest.raises(ConfigError, match="chance=true: tells no distribution"):
+        with pytest.raises(ConfigError, match="chance=true: the policy gives actions only"):
             find_controller(f"{name},chance=true").check_usable(find_scenario("es1", NUMBERS))
 
 
@@ -196,11 +196,11 @@ def test_a_file_may_be_named_without_its_ending(file, tmp_path):
 @pytest.mark.parametrize(
     ("n_observed", "action", "message"),
     [
-        (5, {"_shape": [2]}, r"maps 5 numbers to 2; .*\(learn=motion\) there are 45, and 2\. Say "),
+        (5, {"_shape": [2]}, r"maps 5 numbers to 2; .*\(learn=motion\) it must map 45 to 2\. Give"),
         (45, {"n": 5}, r"to one of 5 choices; .* as in sb3:m.zip,discrete=true$"),
         (81, {"_shape": [15]}, r"maps 81 numbers to 15; .* as in sb3:m.zip,learn=everything$"),
         (90, {"_shape": [2]}, r" as in sb3:m.zip,stack=2$"),
-        (225, {"_shape": [10]}, r"It steers all robots at once, and runs in its own environment"),
+        (225, {"_shape": [10]}, r"It controls all robots at once, and runs in its own environm"),
     ],
 )
 def test_a_refusal_names_the_keyword_that_differs(n_observed, action, message):
@@ -234,7 +234,7 @@ def test_no_file_can_say_that_it_is_trusted(file, part):
         ("policy_class", {"__module__": POLICIES}, CAN),
         ("policy_class", {"__module__": POLICIES, "__init__": f"{INIT}CnnPolicy.__init__ at"}, CAN),
         ("policy_class", "text", CAN),
-        ("policy_class", PICKLED, "its policy_class can only be had by unpickling"),
+        ("policy_class", PICKLED, "its policy_class can only be read by unpickling"),
         ("observation_space", PICKLED, "maps no numbers to 2"),
         ("action_space", PICKLED, r"maps \d+ numbers to no;"),
     ],
@@ -295,8 +295,8 @@ def test_what_a_model_tells_of_itself_is_of_known_types(file, changes):
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [({"net_arch": 1e9}, "net_arch"), ({"net_arch": [10**7, 10**4]}, "its weights do not fit: pol"),
-     ({"net_arch": [2**40]}, "its weights do not fit: policy_kwargs ask"),
-     ({"net_arch": {"pi": [64], "vf": [10**6] * 3}}, "its weights do not fit: policy_kwargs ask"),
+     ({"net_arch": [2**40]}, "its weights do not fit: policy_kwargs need"),
+     ({"net_arch": {"pi": [64], "vf": [10**6] * 3}}, "its weights do not fit: policy_kwargs need"),
      ({"net_arch": [-1]}, "greater than or equal to 1"), ({"net_arch": [8] * 101}, "at most 100"),
      ({"net_arch": [8]}, "its weights do not fit: array '.*' is .* must be"),
      ({"net_arch": {"x": [8]}}, "net_arch"), ({"n_critics": 10**9}, "n_critics"),
@@ -313,8 +313,8 @@ def test_a_network_is_made_only_where_its_weights_are_there(file, keywords, mess
 
 @pytest.mark.parametrize(
     ("keywords", "message"),
-    [({"lstm_hidden_size": 10**6}, "its weights do not fit: policy_kwargs ask"),
-     ({"n_lstm_layers": 100}, "its weights do not fit: policy_kwargs ask"),
+    [({"lstm_hidden_size": 10**6}, "its weights do not fit: policy_kwargs need"),
+     ({"n_lstm_layers": 100}, "its weights do not fit: policy_kwargs need"),
      ({"n_lstm_layers": 2**40}, "n_lstm_layers"),
      ({"lstm_hidden_size": 4}, "its weights do not fit: array '.*' is .* must be"),
      ({"lstm_kwargs": {"proj_size": 2}}, "policy_kwargs.lstm_kwargs: Extra")],

@@ -101,7 +101,7 @@ def test_random_actions_are_uniform(record):
 
 
 def test_random_choices_are_refused(record):
-    with pytest.raises(ConfigError, match="policy random: draws numbers, not choices"):
+    with pytest.raises(ConfigError, match="policy random: draws continuous actions; leave"):
         record("random:discrete=true")
 
 
@@ -135,10 +135,10 @@ def test_what_cannot_be_read_as_one_is_refused(record, tmp_path, capsys):
     with pytest.raises(ConfigError, match="holds none of policy 'nc'"):
         read(folder, "nc")
     record("gather", "--episodes=1", scenario="aggregation")
-    with pytest.raises(ConfigError, match="do not observe and act alike"):
+    with pytest.raises(ConfigError, match="policies in it differ in observations or actions"):
         read(folder)
     record("ssgikf", "--episodes=1", "--learners=1")
-    with pytest.raises(ConfigError, match="are one episode under other numbers"):
+    with pytest.raises(ConfigError, match="are one episode with other parameters"):
         read(folder)
 
 
@@ -154,7 +154,7 @@ def test_a_policy_whose_commands_do_not_repeat_the_episode_is_refused():
 def test_a_learned_weighting_of_another_trainer_is_refused():
     policy = policy_controller(lambda seen: seen[:, :2], learn="weighting", name="other")
     recording = Recording(ExperimentConfig("other", find_scenario("es1"), policy))
-    with pytest.raises(ConfigError, match="takes the place of weighting, which stands in no card"):
+    with pytest.raises(ConfigError, match="replaces weighting, which no card can name"):
         _ = recording.card
 
 

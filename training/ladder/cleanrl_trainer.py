@@ -21,7 +21,8 @@ except ModuleNotFoundError as error:
     if (error.name or "").partition(".")[0] != "examples":
         raise
     raise ConfigError(
-        "trainer 'cleanrl': is examples/cleanrl_ppo.py, which no wheel has; run it in a checkout"
+        "trainer 'cleanrl': needs examples/cleanrl_ppo.py, which is not in the wheel; run it in"
+        " a checkout"
     ) from None
 
 MINIBATCHES = 32  # minibatches of a rollout

@@ -33,7 +33,7 @@ PageOption = Annotated[
 RUNS, MARL_EVAL = Path("docs/data/ladder.parquet"), Path("runs/marl_eval.json")
 
 Rungs = Annotated[
-    list[str] | None, Option("--rung", metavar="NAME", help="Only this one; may be repeated.")
+    list[str] | None, Option("--rung", metavar="NAME", help="Only this rung; may be repeated.")
 ]
 
 
@@ -63,7 +63,7 @@ def cards(
     missing: Annotated[
         bool, Option("--missing", help="Only rungs whose cards have no scores yet.")
     ] = False,
-    workers: Annotated[int, Option(min=1, help="Processes to run episodes in.")] = 2,
+    workers: Annotated[int, Option(min=1, help="Number of worker processes.")] = 2,
     out: Annotated[Path, Option(parser=path, help="Folder of the episodes.")] = Path("runs/cards"),
     backend: BackendOption = "joblib",
     address: AddressOption = None,
@@ -85,13 +85,14 @@ def ladder(  # noqa: PLR0913 the options of a command
     rungs: Rungs = None,
     algorithms: Annotated[
         list[str] | None,
-        Option("--algorithm", metavar="NAME", help="Only this one; may be repeated."),
+        Option("--algorithm", metavar="NAME", help="Only this algorithm; may be repeated."),
     ] = None,
-    seeds: Annotated[int, Option(min=0, help="Trainings of each; 0: no new ones.")] = 5,
+    seeds: Annotated[int, Option(min=0, help="Trainings of each algorithm; 0: none.")] = 5,
     budget: Annotated[
-        int | None, Option(min=1, help="Robot-steps of a training.", show_default="the rung's")
+        int | None,
+        Option(min=1, help="Robot-steps of a training.", show_default="the rung's"),
     ] = None,
-    workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
+    workers: Annotated[int, Option(min=1, help="Number of worker processes.")] = 2,
     out: OutOption = RUNS,
     page: PageOption = None,
     backend: BackendOption = "joblib",
@@ -122,8 +123,8 @@ def ladder(  # noqa: PLR0913 the options of a command
 @benchmark.command()
 @stoppable()
 def defaults(
-    seeds: Annotated[int, Option(min=1, help="Trainings of each.")] = 10,
-    workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
+    seeds: Annotated[int, Option(min=1, help="Trainings of each algorithm.")] = 10,
+    workers: Annotated[int, Option(min=1, help="Number of worker processes.")] = 2,
     out: OutOption = RUNS,
     page: PageOption = None,
 ) -> None:
@@ -167,8 +168,8 @@ def _current_runs(page: Path | None, out: Path) -> "Sequence[Run]":
     for run in stored:
         if (*run.identity, run.key) not in counted:
             say(
-                f"{out}: {run.rung}, {run.algorithm}, seed {run.seed} no longer counts, as it is of"
-                " other settings than now; a new run as long will replace it"
+                f"{out}: {run.rung}, {run.algorithm}, seed {run.seed} no longer counts, because"
+                " its settings are not those of now; a new run of that length will replace it"
             )
     write_atomically(MARL_EVAL, (json.dumps(marl_eval(runs), indent=1) + "\n").encode())
     if page:

@@ -47,19 +47,19 @@ class Score(Parameters):
 class Card(Parameters):
     """Card of a rung: what the task is, how it is scored, and what others score."""
 
-    rung: Count = Field(1, description="Its place on the ladder")
-    title: str = Field("", description="Its name in words")
-    hard: str = Field("", description="What is hard about it")
-    robot_steps: Count = Field(1_000_000, description="How long to learn, over all robots [ticks]")
-    controllers: tuple[str, ...] = Field(("nc", "ssgikf"), description="Hand-written ones")
+    rung: Count = Field(1, description="Number of the rung on the ladder")
+    title: str = Field("", description="Title of the rung")
+    hard: str = Field("", description="Difficulty of the rung, in words")
+    robot_steps: Count = Field(1_000_000, description="Training length, over all robots [ticks]")
+    controllers: tuple[str, ...] = Field(("nc", "ssgikf"), description="Hand-written controllers")
     also: tuple[str, ...] = Field(
         ("learned-motion", "learned-both"), description="Bundled policies"
     )
-    oracle: str = Field("no-error", description="What a normalised score of 1 is")
-    test: Keywords = Field({}, description="Keywords of the test worlds that differ")
-    episodes: Count = Field(30, description="Test episodes")
+    oracle: str = Field("no-error", description="Oracle with a normalised score of 1")
+    test: Keywords = Field({}, description="Changed keywords of the test worlds")
+    episodes: Count = Field(30, description="Number of test episodes")
     curve_episodes: Count = Field(4, description="Held-back episodes of an evaluation in training")
-    scores: Mapping[str, Score] = Field({}, description="Of all these")
+    scores: Mapping[str, Score] = Field({}, description="Score of each of these")
 
 
 @dataclass(frozen=True)
@@ -150,20 +150,20 @@ def _number(value: float | None) -> str:
 class Algorithm(Parameters):
     """Algorithm of the ladder: its library and settings, which are tuned on no rung."""
 
-    name: str = Field("", description="That of its file")
-    title: str = Field("", description="Its name on figures and pages")
+    name: str = Field("", description="Name of its file")
+    title: str = Field("", description="Title on figures and pages")
     trainer: Literal["sb3", "cleanrl", "benchmarl", "own", "offline"] = Field(
-        "sb3", description="The library that trains it"
+        "sb3", description="Library that trains it"
     )
-    algorithm: str = Field("", description="Its name in the library; none: PPO")
-    worlds: Count = Field(8, description="Worlds side by side (not BenchMARL)")
+    algorithm: str = Field("", description="Name in the library; none: PPO")
+    worlds: Count = Field(8, description="Number of parallel worlds (not BenchMARL)")
     settings: Keywords = Field(
         {}, description="Keywords of PPO, of BenchMARL's algorithm, or of cloning"
     )
-    experiment: Keywords = Field({}, description="Settings of BenchMARL's experiment that differ")
-    keywords: Keywords = Field({}, description="Of `parallel_env` in training that differ")
-    share: Positive = Field(1.0, description="Of a rung's robot-steps, for a slow one")
-    rungs: tuple[str, ...] = Field((), description="Those that it is for; none: all")
+    experiment: Keywords = Field({}, description="Changed settings of BenchMARL's experiment")
+    keywords: Keywords = Field({}, description="Changed keywords of `parallel_env`")
+    share: Positive = Field(1.0, description="Share of a rung's robot-steps, for a slow algorithm")
+    rungs: tuple[str, ...] = Field((), description="Rungs that it is for; none: all")
 
 
 @cache

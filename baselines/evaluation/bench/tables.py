@@ -16,8 +16,8 @@ def report(measured: Measured) -> Group:
     return Group(
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
         _speeds(measured), Text(
-            "arrays, dicts: through the environment on arrays, or PettingZoo's dictionaries;"
-            " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size.",
+            "arrays, dicts: through ArrayEnv, or through PettingZoo's dictionaries; es3 spread,"
+                " x 10, x 100: robots start all over an arena of 1, 10 or 100 times the size.",
             "dim",
         ),
         Text("\nShare of a tick [%]", style="bold"),
@@ -146,10 +146,10 @@ def gpu_table(measured: list[Measured]) -> Group:
         Text("Worlds on a GPU: kinematic, ssgikf; millions of robot-steps a second", style="bold"),
         FittingTable("worlds", [each["case"] for each in measured], columns),
         Text(
-            "Bytes are those of the records that the kernels are handed, each read or written"
-            " once. Energy is in joules per million robot-steps. Learning: by the arrays of an"
-            " environment whose motion is learned, without a network. VMAS: its navigation with 8"
-            " rays and collisions, 10 agents, where it is installed.",
+            "Bytes: size of the records that the kernels read or write, each once. Energy:"
+            " joules per million robot-steps. Learning: arrays of an environment whose motion is"
+            " learned, without a network. VMAS: its navigation task with 8 rays, collisions and"
+            " 10 agents, if installed.",
             style="dim",
         ),
     ]

@@ -59,7 +59,7 @@ class PlotOptions:
         if len(tasks := sorted({group.task.name for group in groups})) > 1:
             raise ConfigError(
                 f"{', '.join(self.sources)}: holds episodes of {' and of '.join(tasks)}; choose"
-                " with --scenario"
+                " one with --scenario"
             )
         return groups
 
@@ -70,7 +70,7 @@ class PlotOptions:
         if task != "foraging":
             raise ConfigError(
                 f"{', '.join(self.sources)}: episodes of {task} have no nest and prey, which"
-                f" '{self.kind}' shows; boxplot, curve and table do for them"
+                f" '{self.kind}' shows; use boxplot, curve or table"
             )
         return self.groups
 
@@ -122,7 +122,7 @@ def check_options(options: PlotOptions) -> None:
         if name not in FIGURES[options.kind].options:
             having = sorted(kind for kind in FIGURES if name in FIGURES[kind].options)
             raise ConfigError(
-                f"--{name}: '{options.kind}' has no such option; it is of {', '.join(having)}"
+                f"--{name}: '{options.kind}' has no such option; it belongs to {', '.join(having)}"
             )
 
 

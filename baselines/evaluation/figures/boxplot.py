@@ -63,7 +63,7 @@ def draw_table(options: PlotOptions) -> Figure:
         )
     if len(combined) < len(options.groups):
         left = {group.label() for group in options.groups if group not in combined}
-        LOGGER.warning("left out, as they name no localisation: %s", ", ".join(sorted(left)))
+        LOGGER.warning("left out, because they name no localisation: %s", ", ".join(sorted(left)))
     tables: dict[str, dict[str, dict[str, Estimate | None]]] = {}
     for group in combined:
         rows = tables.setdefault(group.setup(), {})

@@ -62,7 +62,7 @@ def _panels(
     if len(short) == len(setups):
         raise ConfigError(_too_few(x, groups))
     for setup in short:
-        LOGGER.warning("left out, as %s does not vary there: %s", x, setup)
+        LOGGER.warning("left out, because %s does not vary there: %s", x, setup)
     return {
         setup: {label: _means(options, listed, x) for label, listed in each.items()}
         for setup, each in setups.items()
@@ -82,16 +82,16 @@ def _varied(groups: Sequence[EpisodeGroup]) -> str:
     if len(names) == 1:
         return names[0]
     if names:
-        raise ConfigError(f"several numbers vary: choose one with --x {' or --x '.join(names)}")
+        raise ConfigError(f"several parameters vary: choose one with --x {' or --x '.join(names)}")
     raise ConfigError(_too_few("number", groups))
 
 
 def _too_few(x: str, groups: Sequence[EpisodeGroup]) -> str:
     held = ", ".join(dict.fromkeys(f"{each.scenario} {each.label()}" for each in groups))
     return (
-        f"no {x} takes two values while all else is the same ({held}); evaluate some, as in"
-        " swarm-forage evaluate es1 ssgiff:beta=0.001 ssgiff:beta=0.01, or with"
-        " --set task.n_robots=5 and --set task.n_robots=10 into one folder"
+        f"no {x} takes two values while all else is the same ({held}); evaluate two values, as"
+        " in swarm-forage evaluate es1 ssgiff:beta=0.001 ssgiff:beta=0.01, or with --set"
+        " task.n_robots=5 and --set task.n_robots=10 into one folder"
     )
 
 

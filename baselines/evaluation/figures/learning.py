@@ -63,7 +63,8 @@ def draw(options: PlotOptions) -> Figure:
     if not panels:
         known = sorted({each for card in cards.values() for each in card.curve[0].round_trips})
         raise ConfigError(
-            f"--scenario {', '.join(options.scenarios)}: the cards have {', '.join(known)}"
+            f"--scenario {', '.join(options.scenarios)}: must be a scenario of the cards:"
+            f" {', '.join(known)}"
         )
     made = " ".join(f"{name}: {card.command}." for name, card in cards.items())
     text = f"Means over the held-back seeds with 95 % intervals. {made}"

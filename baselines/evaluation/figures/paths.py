@@ -68,7 +68,7 @@ def _evaluated(options: PlotOptions) -> Iterator[PathDensity]:
         seed = seeds[0] if options.seed is None else options.seed
         if seed not in seeds:
             raise ConfigError(
-                f"--seed {seed}: {group.label()} has the seeds {seeds[0]} to {seeds[-1]} here"
+                f"--seed {seed}: must be one of {group.label()}, {seeds[0]} to {seeds[-1]}"
             )
         named = group.setup(), group.label(), seed
         if trajectory := find_trajectory(options.sources, group.key, seed):
@@ -85,13 +85,13 @@ def _of_controllers(options: PlotOptions) -> Iterator[PathDensity]:
     if not controllers or {"scenario", "controller"} & options.choices.keys():
         raise ConfigError(
             f"{' '.join(options.sources)}: must be the folder of a dataset, or a scenario and"
-            " controllers without further choice, as in swarm-forage plot paths es1 nc ssgikf"
+            " controllers without other options, as in swarm-forage plot paths es1 nc ssgikf"
         )
     request = EvaluateOptions(scenario, controllers, episodes=1, seed=options.seed or 0)
     for each in request.configurations():
         if task_of(each.scenario).name != "foraging":
             raise ConfigError(
-                f"scenario '{each.scenario.name}': paths are shown of robots that forage, as in es1"
+                f"scenario '{each.scenario.name}': must be one in which robots forage, such as es1"
             )
         setup = f"{each.scenario.name}, {each.physics}"
         yield _run(each, setup, each.label, request.seeds()[0])
@@ -131,8 +131,8 @@ def _run(
     made = int(loop.world.robots["round_trips"].sum())
     if trips is not None and made != trips:
         raise ConfigError(
-            f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made"
-            " with other libraries or on another machine; evaluate into another folder"
+            f"seed {seed} gives {made} round trips here, but {trips} in the dataset, which was"
+            " made with other libraries or on another machine; evaluate into another folder"
         )
     return PathDensity(setup, label, seed, density)
 

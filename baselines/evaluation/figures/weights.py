@@ -50,8 +50,8 @@ def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
     controller = find_layered_controller(name)
     if type(controller.estimator) is not SocialOdometryParameters:
         raise ConfigError(
-            f"controller '{controller.name}': its confidence is no path; 'weights' shows rules"
-            " that weigh paths, such as ssgikf, ssgiff or learned-weighting"
+            f"controller '{controller.name}': its confidence is not a path; 'weights' shows"
+            " rules that compare paths, such as ssgikf, ssgiff or learned-weighting"
         )
     grid = np.linspace(0.0, LONGEST, STEPS)
     own, heard = (each.ravel() for each in np.meshgrid(grid, grid))
@@ -68,7 +68,10 @@ def _rule(controller: LayeredController) -> Callable[[Array], Array]:
         if layer is not None:
             return RowWeighting(layer)
     if not callable(weighting):
-        raise ConfigError(f"controller '{controller.name}': it does not weigh by paths alone")
+        raise ConfigError(
+            f"controller '{controller.name}': its weight depends on more than paths, which"
+            " 'weights' cannot show"
+        )
     rule: Callable[[Array], Array] = weighting
     return rule
 

@@ -182,11 +182,11 @@ AHEAD = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np
 @pytest.mark.parametrize(
     ("scenario", "controllers", "refusal"),
     [
-        ("waypoints-05", ["boids-adaptive"], "only worlds that forage, as es1; watch --html"),
-        ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows 2"),
-        ("es1", ["{motion},chance=true"], "Python calls a policy that is stochastic"),
-        ("es1", ["{everything}"], "a page draws what robots believe"),
-        ("es1", ["callable:my_policy:ahead"], "Python calls it; what runs without Python are"),
+        ("waypoints-05", ["boids-adaptive"], "foraging scenarios only, such as es1; watch --html"),
+        ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows at most 2"),
+        ("es1", ["{motion},chance=true"], "runs in Python only, because it is stochastic"),
+        ("es1", ["{everything}"], "a page draws the beliefs of robots"),
+        ("es1", ["callable:my_policy:ahead"], "runs in Python only; networks that swarm-forage"),
     ],
 )
 def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_path, monkeypatch):

@@ -82,7 +82,7 @@ class Mean(Parameters):
     tasks: ClassVar[tuple[str, ...]] = ("patrol",)
     speaks: ClassVar[bool] = False
 
-    share: Share = Field(0.5, description="Of a new reading in the mean (chosen)")
+    share: Share = Field(0.5, description="Share of a new reading in the mean (chosen)")
 
     def layer(self, scenario):
         return EstimatorLayer(

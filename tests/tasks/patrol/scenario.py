@@ -9,10 +9,10 @@ from swarm_forage_env.registry import SCENARIOS
 class PatrolTask(BaseTask):
     """The task: three places about the origin, to be visited in turn."""
 
-    n_robots: Count = Field(4, description="Robots (chosen)")
+    n_robots: Count = Field(4, description="Number of robots (chosen)")
     duration: Positive = Field(60.0, description="Length of an episode [s] (chosen)")
-    distance: Positive = Field(0.3, description="From the origin to each place [m] (chosen)")
-    radius: Positive = Field(0.05, description="A place is reached within this [m] (chosen)")
+    distance: Positive = Field(0.3, description="Distance of a place from the origin [m] (chosen)")
+    radius: Positive = Field(0.05, description="Distance at which a place is reached [m] (chosen)")
 
 
 class PatrolScenario(BaseScenario):
@@ -20,8 +20,8 @@ class PatrolScenario(BaseScenario):
 
     name: str = Field("custom", min_length=1, description="Name in tables and data")
     task: PatrolTask = PatrolTask()
-    speed: Positive = Field(0.1, description="Of a wheel at full speed [m/s] (chosen)")
-    axle: Positive = Field(0.05, description="Between the wheels [m] (chosen)")
+    speed: Positive = Field(0.1, description="Wheel speed at full command [m/s] (chosen)")
+    axle: Positive = Field(0.05, description="Distance between the wheels [m] (chosen)")
     noise: NotNegative = Field(0.02, description="Standard deviation of a reading [m] (chosen)")
     tick: Positive = Field(0.1, description="Control period [s] (chosen)")
 
