@@ -5,11 +5,19 @@ Gutierrez et al. 2009 (TR), Sections 4 and 5; Gutierrez et al. 2008 (ANTS), Sect
 Not in the paper, and chosen here:
 - an exchange lasts the radio's exchange time and averages what the partner says in it, each
   message weighted by its frames; one partner at a time, drawn by the radio's random slots;
+- an exchange is of one robot: its partner may be in a pause, talk to another one or drive on, and
+  then keeps its own estimate. Both end with the same one, as TR, Eq. 17, has it, if both begin in
+  the same tick; of the exchanges of DSGIKF in es1 five of six are of one robot alone;
+- the p that is merged is that of the last message, after an exchange of the partner if that ended
+  first;
 - after an exchange everybody is ignored for `pause`, and the same partner for `refractory`:
   a filter that shrinks p at each of many exchanges makes a crowd sure of a wrong place;
 - a robot does not stop for a message that tells it nothing it could use;
-- on its way a single filter sends only the estimate of the area it comes from (TR 6.1.2 says
-  why the other one harms);
+- on its way a single filter sends only the estimate of the area it comes from. TR 6.1 says which
+  one a robot corrects; TR 6.1.2 that robots "only communicate their estimate about the goal they
+  are aiming at", and then why telling of that goal harms;
+- a turn counts as path, too (Gutierrez2010), on a curve in addition to the way;
+- an area is what two of the three ground sensors read;
 - the point stored on entering an area is its centre, if the robot was heading there;
 - how near to the believed centre is "there", and how far it then looks on, before it is lost;
 - a robot that just got lost ignores messages for `deaf_when_lost`;
@@ -145,8 +153,8 @@ class SocialOdometryParameters(Parameters):
     speaks: bool = Field(True, description="Broadcast at all; false for no communication")
     double: bool = Field(
         False,
-        description="Exchange both areas; false: tell where it comes from, correct where it goes."
-        " TR 6.1 (published)",
+        description="Exchange both areas; false: correct where it goes (TR 6.1), tell where it"
+        " comes from (TR 6.1.2; derived)",
     )
     first_hand: bool = Field(
         True,
@@ -156,7 +164,7 @@ class SocialOdometryParameters(Parameters):
     message_path: NotNegative = Field(
         0.0,
         description="What is heard counts as if its sender had gone this much farther, for a"
-        " message costs precision too [m]. 0: TR 4.2 (published)",
+        " message costs precision too [m]. 0: TR 4.3 (published)",
     )
     tells_within: NotNegative = Field(
         0.0,

@@ -5,7 +5,8 @@ Gutierrez et al. 2009 (TR), Section 5.
 Not in the paper, and chosen here:
 - communicating comes first: "the communication layer takes control of the motors' output";
 - avoidance is tangential and keeps right (`tangential`): with the published "opposite to the
-  vector" (`literal`) robots jam head-on on the path;
+  vector" (`literal`) robots jam head-on on the path. The vector is of the sensors within `sector`,
+  where the TR has all of them; and a robot that avoids keeps creeping ahead;
 - the random walk: straight runs of exponential length, then a turn to a uniform direction;
 - the steering: forward share cos(angle), turning share proportional to the angle.
 """

@@ -6,7 +6,11 @@ which made the paper's figures) or chosen. BOIDS is Smith et al. 2021.
 
 Not in the paper, and taken from the authors' code:
 - robots start within 1 m of home, at full speed, and turn before they go;
+- a tick of 0.5 s, and the limits of speed, turn rate and acceleration;
 - the turn rate is the angle to the new course, a second;
+- robots steer by their true heading (`compass`); only the estimate of the pose uses the gyro;
+- the fix at home includes the heading, with the deviation that the paper gives in metres;
+- robots hit neither walls nor each other;
 - first goals lie in one quarter of the square.
 """
 
@@ -71,10 +75,12 @@ class WaypointSensors(Parameters):
         " (published)",
     )
     spread: Share = Field(
-        0.01, description="Both standard deviations vary by +- this share over robots (published)"
+        0.01,
+        description="The noise of speed and turn rate varies by +- this share over robots. Section"
+        " III.2 (published)",
     )
     reach: Positive = Field(
-        1.0, description="Robots and home are seen up to here [m]. Section 3 (published)"
+        1.0, description="Robots and home are seen up to here [m]. Section III.2 (published)"
     )
     range_noise: Positive = Field(
         0.01, ge=1e-3, description="Standard deviation of a LiDAR range [m]. Table 2 (published)"
@@ -87,8 +93,8 @@ class WaypointSensors(Parameters):
     home_noise: Positive = Field(
         0.001,
         ge=1e-4,
-        description="Standard deviation of a fix at home, of x, y [m] and heading [rad]. Table 2"
-        " (published)",
+        description="Standard deviation of a fix at home, of x, y [m] and heading [rad], of which"
+        " the paper gives the former. Table 2 (published)",
     )
 
 
@@ -96,14 +102,17 @@ class WaypointTask(BaseTask):
     """The task: visit random goals one after the other, and claim each on arrival."""
 
     n_robots: Count = Field(
-        25, le=2_000, description="Robots: each pair takes about 100 bytes. Section 3 (published)"
+        25, le=2_000, description="Robots: each pair takes about 100 bytes. Section IV (published)"
     )
-    duration: Positive = Field(100.0, description="Length of an episode [s]. Section 3 (published)")
+    duration: Positive = Field(
+        100.0, description="Length of an episode [s]. Section III.2 (published)"
+    )
     tolerance: Positive = Field(
-        0.2, description="A goal is reached within this distance [m]. Section 3 (published)"
+        0.2, description="A goal is reached within this distance [m]. Section IV.3 (published)"
     )
     side: Positive = Field(
-        10.0, description="Goals lie in a square of this side about home [m]. Section 3 (published)"
+        10.0,
+        description="Goals lie in a square of this side about home [m]. Section III.2 (published)",
     )
     start_half_side: Positive = Field(
         1.0, description="Robots start within +- this of home, in x and y [m] (code)"
