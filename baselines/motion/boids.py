@@ -229,7 +229,8 @@ class BoidsParameters(Parameters):
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
     gains: Literal["goal", "static", "adaptive"] = Field(
-        "adaptive", description="Goal alone, the fixed gains below, or those of Eq. 33-37"
+        "adaptive",
+        description="Goal alone, the fixed gains below, or those of Eq. 33 to 37 (published)",
     )
     alignment: NotNegative = Field(1.0, description=f"K_a {STATIC}")
     separation: NotNegative = Field(1.0, description=f"K_s {STATIC}")

@@ -204,7 +204,7 @@ class SubsumptionParameters(Parameters):
     """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders."""
 
     avoidance: Literal["tangential", "literal"] = Field(
-        "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"
+        "tangential", description="Around the obstacle (chosen), or opposite to it as TR 5.1 says"
     )
     gap: Positive = Field(
         0.011, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"

@@ -122,7 +122,7 @@ class Radio(Parameters):
     range_model: Literal["uniform", "board"] = Field(
         "uniform",
         description="uniform: range_noise. board: range from the received power of the real"
-        " board, lognormal (argos3-epuck; published in code)",
+        " board, lognormal (argos3-epuck). Not in the papers (chosen)",
     )
     frames: Count = Field(
         2,

@@ -123,8 +123,8 @@ class WaypointTask(BaseTask):
     extra_ticks: int = Field(
         0,
         ge=0,
-        description="Ticks that averages over time count without their having been run (chosen;"
-        " 2 in the authors' code)",
+        description="Ticks that averages over time count without their having been run (2 in the"
+        " authors' code; chosen)",
     )
 
     @model_validator(mode="after")
