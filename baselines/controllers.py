@@ -71,7 +71,7 @@ TABLE = (
 communication, single and double filters); double filters with a penalty on hearsay, and with more
 frequent exchanges of unsure robots; the single filter with a second witness and a gate against
 liars; the covariance filters that these simplify (TR 4.2, ANTS 5); subsumption over the filter of
-BOIDS, and the rules of BOIDS 5; gathering, for the aggregation task."""
+BOIDS, and the rules of BOIDS IV; gathering, for the aggregation task."""
 
 NAMED = tuple(LayeredController(name, *layers) for name, _, *layers in TABLE)
 

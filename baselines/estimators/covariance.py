@@ -245,7 +245,7 @@ def blend_ellipse(belief: EllipseBelief, area: int, R: Matrix, w: float, interse
     With `intersects`, the update is a covariance intersection of weight w, for errors of unknown
     correlation: the same gain, with P / (1 - w) for P and R / w for R.
 
-    Source: TR, Eq. 22 to 24; BOIDS, Eq. 5.
+    Source: TR, Eq. 22 to 24; BOIDS, Eq. 1 and 2.
     """
     P, u = belief.moments[area], 1.0 - w
     own = w * P[XX], w * P[XY], w * P[YY]

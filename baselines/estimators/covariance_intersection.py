@@ -1,6 +1,6 @@
 """Fast covariance intersection of a robot's and its neighbours' estimates of its pose.
 
-Smith et al. 2021 (BOIDS), Section 2.2; Fraenken and Huepper 2005.
+Smith et al. 2021 (BOIDS), Section II.1; Fraenken and Huepper 2005.
 """
 
 import math
@@ -67,7 +67,7 @@ def weigh_estimates(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
 
     The paper prints P instead of its inverse.
 
-    Source: BOIDS, Eq. 4; Fraenken2005, Eq. 16.
+    Source: BOIDS, Eq. 3 and 4; Fraenken2005, Eq. 16.
     """
     identity3(0.0, S)
     for q in range(n):
@@ -90,7 +90,7 @@ def weigh_estimates(minds: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
 def place_of_neighbour(x: float, y: float, far: float, direction: float) -> tuple[float, float]:
     """Return the position of a robot at range `far` [m] and global direction [rad] from (x, y).
 
-    Source: BOIDS, Eq. 3.
+    Source: BOIDS, authors' code, for x_i^j of Eq. 1.
     """
     c, s = cos_sin(direction)
     return x + far * c, y + far * s
@@ -109,7 +109,7 @@ def add_sight_noise(
     r is the range and d the global direction. The heading follows from the bearings at which the
     two robots see each other.
 
-    Source: BOIDS, Eq. 3 (its errors, propagated).
+    Source: textbook (propagation of errors), for P_i^j of BOIDS, Eq. 2.
     """
     u, v = step_slopes(far, direction)
     propagate(P, u, v)
@@ -158,7 +158,7 @@ def fuse(minds: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
         P = (sum_j w_j I_j)^-1
         x = P sum_j w_j I_j x^j
 
-    Source: BOIDS, Eq. 5.
+    Source: BOIDS, Eq. 1 and 2.
     """
     identity3(0.0, information)
     vx, vy, vt = 0.0, 0.0, 0.0
@@ -198,7 +198,7 @@ def intersect(minds: Array, shared: Array, sightings: Array, numbers: Numbers) -
     own estimate gets the rest, which is a covariance intersection too. In the authors' code a robot
     with a single neighbour is not corrected.
 
-    Source: BOIDS, Eq. 3 to 5.
+    Source: BOIDS, Eq. 1 to 4.
     """
     least = 2 if numbers.authors > 0.0 else 1
     for i in range(minds.shape[0]):

@@ -152,7 +152,7 @@ def correct_shared(belief: CrossBelief, area: int, R: Matrix, share: float, shar
 
     `share` scales the gain. Without the inverse, as for equal errors, nothing is corrected.
 
-    Source: BOIDS, Eq. 16.
+    Source: BOIDS, Eq. 15 and 16.
     """
     P, C = belief.moments[area], shared[belief.last_partner, area]
     factor = bounded(P, R, C)
@@ -183,7 +183,7 @@ def merge(mind: CrossMind, shared: Shared, heard_p_share: float, numbers: Number
     The weight g scales the gain by 2 g, at most by 1: g = 1/2 gives the whole gain, as in
     `covariance`.
 
-    Source: TR, Eq. 14; BOIDS, Eq. 13 to 20.
+    Source: TR, Eq. 14; BOIDS, Eq. 12 to 20.
     """
     belief = mind.belief
     for area in range(2):

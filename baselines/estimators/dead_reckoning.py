@@ -1,6 +1,6 @@
 """Dead reckoning: an estimate of the robot's pose from odometry and visits at home alone.
 
-Smith et al. 2021 (BOIDS), Section 2.1.
+Smith et al. 2021 (BOIDS), Section II.1.
 """
 
 from typing import ClassVar

@@ -1,6 +1,6 @@
 """The decentralised extended Kalman filter: relative updates with stored cross-correlations.
 
-Smith et al. 2021 (BOIDS), Section 2.3; Luft et al. 2016 and 2018.
+Smith et al. 2021 (BOIDS), Section II.1; Luft et al. 2016 and 2018.
 
 Robot i keeps its pose x_i, its covariance P_i, and a factor s_ij for every other robot j, so that
 P_ij = s_ij s_ji'. All factors start at zero. A pair's joint covariance is [P_i C; C' P_j]; the
@@ -99,7 +99,7 @@ def sight_jacobian(dx: float, dy: float, by_heading: float, out_G: Jacobian) -> 
 
     (dx, dy) = x_j - x_i [m]; `by_heading`: -1 for a bearing of the body frame, 0 for a global one.
 
-    Source: BOIDS, Eq. 14, whose first block has no heading.
+    Source: BOIDS, Eq. 15, which does not write G out; authors' code, for 0.
     """
     r2 = dx * dx + dy * dy
     r = math.sqrt(r2)
@@ -115,7 +115,7 @@ def joint_gain(update: JointUpdate, g: float, var_range: float, var_bearing: flo
 
         K = g P G' (G P G' + R)^-1,  R = diag(var_range, var_bearing)
 
-    Source: BOIDS, Eq. 16.
+    Source: BOIDS, Eq. 15.
     """
     G, K = update.G, update.K
     for a in range(6):
@@ -220,7 +220,7 @@ def update_factors(before: Matrix3, after: Matrix3, update: JointUpdate, factors
 
         s_ih = P Q^-1 s_ih
 
-    Source: BOIDS, Eq. 19 and 20; Luft2018, Eq. 16.
+    Source: BOIDS, Eq. 20; Luft2018, Eq. 16.
     """
     undo, ratio = update.products[0], update.products[1]
     inverse3(before, undo)
@@ -342,7 +342,7 @@ def update_belief(mind: FilterMind, factors: Factors, readings: Readings, number
 
     A fix at home multiplies the factors: s_ij = (I - K) s_ij.
 
-    Source: BOIDS, Eq. 6 to 12, whose last left side must be s_ij.
+    Source: BOIDS, Eq. 5 to 11, whose last left side must be s_ij.
     """
     reckon(mind, readings, numbers)
     predict(mind.belief, readings.motion, numbers)
@@ -359,7 +359,7 @@ def move_pair(one: FilterMind, other: FilterMind, far: float, bearing: float) ->
 
         x = x + g K (z - h(x))
 
-    Source: BOIDS, Eq. 18.
+    Source: BOIDS, Eq. 16.
     """
     update, pose_i, pose_j = one.update, one.belief.pose, other.belief.pose
     K, after = update.K, update.after
@@ -383,7 +383,7 @@ def correct_both(
         x = x + g K (z - h(x))
         s_ij = P_ij,  s_ji = I
 
-    Source: BOIDS, Eq. 13 to 20; Luft2018, Section 3.4.
+    Source: BOIDS, Eq. 12 to 20; Luft2018, Section 3.4.
     """
     one, other, update = minds[i].belief, minds[j].belief, minds[i].update
     dx, dy = other.pose[0] - one.pose[0], other.pose[1] - one.pose[1]

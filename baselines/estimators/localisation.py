@@ -1,6 +1,6 @@
 """Localisation: parameters common to all estimators of a pose.
 
-Smith et al. 2021 (BOIDS), Section 2. `setting` chooses between two readings of the paper:
+Smith et al. 2021 (BOIDS), Section II.1. `setting` chooses between two readings of the paper:
 
 - `authors`: the code behind its figures. Process noise and measurement noise are diagonals of
   standard deviations; home resets the estimate; the filter corrects only one of two robots, within
@@ -9,8 +9,15 @@ Smith et al. 2021 (BOIDS), Section 2. `setting` chooses between two readings of 
   both robots are corrected; flocks align on velocities; the covariance stimulus has a scale that
   fits such covariances.
 
-Not in the paper, and chosen here: the corrected filters treat a device's constant error as a part
-of its noise (the variances add up), as they have no measurement of it.
+Not in the paper, and chosen here:
+- the corrected filters treat a device's constant error as a part of its noise (the variances add
+  up), as they have no measurement of it;
+- what a neighbour estimates of a robot (x_i^j and P_i^j of Eq. 1 and 2) is the neighbour's estimate
+  moved by range and bearing, with a heading from the bearings at which both see each other;
+- the decentralised EKF uses range and body bearing (g of Eq. 16), both sightings of a pair one
+  after the other, in the order of the robots; a cross-covariance too large for a covariance is
+  shrunk (`bound_correlation`);
+- dead reckoning (e of Eq. 30) is corrected at home as the filters are.
 """
 
 from collections.abc import Mapping
@@ -160,7 +167,7 @@ def describe_flock(minds: Array, i: int, sightings: Array, numbers: Numbers) -> 
 def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
     """Write the vectors to goal and home, the velocity, both stimuli, and whether it has arrived.
 
-    Source: BOIDS, Section 4, for the stimuli.
+    Source: BOIDS, Eq. 29 and 30, for the stimuli.
     """
     situation, pose, goal = mind.situation, mind.belief.pose, readings.goal
     dx, dy, velocity = goal[0] - pose[0], goal[1] - pose[1], mind.belief.velocity
@@ -186,7 +193,7 @@ def describe(minds: Array, i: int, sightings: Array, readings: Readings, numbers
 def full_correction(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """Return the gain g = 1: every correction is made as the filter computes it.
 
-    Source: BOIDS, Section 2.
+    Source: BOIDS, Section II.1.
     """
     return 1.0
 
@@ -199,7 +206,8 @@ def waypoints_kernels(update_belief: Kernel, merge: Kernel) -> Mapping[str, Kern
 class Localisation(Parameters):
     """Parameters of an estimator of a pose; a subclass is an estimator.
 
-    Among e-pucks: Smith et al. 2021 (BOIDS), Section 2, over Gutierrez et al. 2009 (TR), Section 5.
+    Among e-pucks: Smith et al. 2021 (BOIDS), Section II.1, over Gutierrez et al. 2009 (TR),
+    Section 5.
 
     Not in the papers, and chosen here:
     - an e-puck has neither compass nor map: it estimates the places of nest and prey area in its

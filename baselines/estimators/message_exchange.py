@@ -1,6 +1,6 @@
 """Message exchange of social odometry: talking to one neighbour, and merging its estimates.
 
-Gutierrez et al. 2009 (TR), Sections 4.2 and 5.2.
+Gutierrez et al. 2009 (TR), Sections 4.1, 4.3 and 5.2.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Prediction, and correction at home: the part common to all estimators of a pose.
 
-Smith et al. 2021 (BOIDS), Section 2.1.
+Smith et al. 2021 (BOIDS), Section II.1.
 """
 
 import numpy as np
@@ -88,7 +88,7 @@ def step_slopes(along: float, theta: float) -> tuple[float, float]:
     `along` = V dt [m]; theta is the heading after the turn [rad]. F is the derivative of the pose
     after the step by the pose before it.
 
-    Source: BOIDS, Eq. 2, whose robots turn before they go.
+    Source: BOIDS, Eq. 6, for F; authors' code, whose robots turn before they go.
     """
     c, s = cos_sin(theta)
     return -along * s, along * c
@@ -119,7 +119,7 @@ def add_step_noise(
               dt sin(theta)    V dt^2 cos(theta)
               0                dt ]
 
-    Source: BOIDS, Eq. 2, differentiated by its inputs (not in the paper).
+    Source: BOIDS, Eq. 5, differentiated by its inputs (not in the paper).
     """
     c, s = cos_sin(theta)
     of_speed = var_speed, dt * c, dt * s, 0.0
@@ -144,7 +144,7 @@ def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -
     Q is that of `add_step_noise` or, in the authors' code, diag(s_V, s_V, s_w): standard deviations
     instead of variances, without the time step.
 
-    Source: BOIDS, Eq. 2 and 6.
+    Source: BOIDS, Eq. 5 and 6.
     """
     dt, pose, velocity, P = numbers.dt, belief.pose, belief.velocity, belief.P
     speed, turn = float(motion[SPEED]), float(motion[TURN])

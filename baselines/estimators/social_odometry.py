@@ -5,11 +5,19 @@ Gutierrez et al. 2009 (TR), Sections 4 and 5; Gutierrez et al. 2008 (ANTS), Sect
 Not in the paper, and chosen here:
 - an exchange lasts the radio's exchange time and averages what the partner says in it, each
   message weighted by its frames; one partner at a time, drawn by the radio's random slots;
+- an exchange is of one robot: its partner may be in a pause, talk to another one or drive on, and
+  then keeps its own estimate. Both end with the same one, as TR, Eq. 17, has it, if both begin in
+  the same tick; of the exchanges of DSGIKF in es1 five of six are of one robot alone;
+- the p that is merged is that of the last message, after an exchange of the partner if that ended
+  first;
 - after an exchange a robot ignores all robots for `pause`, and the same partner for `refractory`:
   if p shrinks at each of many exchanges, a crowd becomes confident of a wrong place;
 - a robot does not stop for a message that holds nothing of use to it;
-- on its way a single filter sends only the estimate of the area it comes from (TR 6.1.2 says
-  why the other one harms);
+- on its way a single filter sends only the estimate of the area it comes from. TR 6.1 says which
+  one a robot corrects; TR 6.1.2 that robots "only communicate their estimate about the goal they
+  are aiming at", and then why telling of that goal harms;
+- a turn counts as path, too (Gutierrez2010), on a curve in addition to the way;
+- a robot recognises an area by two of its three ground sensors;
 - the point stored on entering an area is its centre, if the robot was heading there;
 - the distance from the believed centre that counts as "there", and the path of the search that
   follows before the robot is lost;
@@ -146,8 +154,8 @@ class SocialOdometryParameters(Parameters):
     speaks: bool = Field(True, description="Whether robots broadcast; false: no communication")
     double: bool = Field(
         False,
-        description="Whether both areas are exchanged; false: a robot reports the one that it"
-        " comes from, and corrects the one that it heads for. TR 6.1 (published)",
+        description="Whether both areas are exchanged; false: a robot corrects the one that it"
+        " heads for (TR 6.1), and reports the one that it comes from (TR 6.1.2; derived)",
     )
     first_hand: bool = Field(
         True,
@@ -157,7 +165,7 @@ class SocialOdometryParameters(Parameters):
     message_path: NotNegative = Field(
         0.0,
         description="Path added to that of a received estimate, because a message costs"
-        " precision, too [m]. 0: TR 4.2 (published)",
+        " precision, too [m]. 0: TR 4.3 (published)",
     )
     tells_within: NotNegative = Field(
         0.0,

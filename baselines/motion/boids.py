@@ -1,7 +1,7 @@
 """Boids: alignment, separation, cohesion, home and goal, with fixed or adaptive gains.
 
-Smith et al. 2021 (BOIDS), Sections 3 and 4. The rules steer e-pucks that know their goal, within
-the subsumption of Gutierrez et al. 2009 (TR), Section 5.1.
+Smith et al. 2021 (BOIDS), Sections II.2 and III.1. The rules steer e-pucks that know their goal,
+within the subsumption of Gutierrez et al. 2009 (TR), Section 5.1.
 
 Not in the paper, and as in the authors' code: every rule seeks its direction from the present
 velocity (`seek`); the sum is a pull at full strength; a robot that has just claimed its goal
@@ -102,7 +102,7 @@ def sum_of_rules(
 
     Each force F seeks the direction of its rule from the current velocity.
 
-    Source: BOIDS, Eq. 24 and 32.
+    Source: BOIDS, Eq. 27.
     """
     x, y = 0.0, 0.0
     vx, vy = float(velocity[0]), float(velocity[1])
@@ -181,7 +181,7 @@ def see_neighbours(heard: epuck.Heard, ways: Float32[Array, "5 2"]) -> None:
 def feel(situation: Foraging, heard: epuck.Heard, course: FlockCourse, numbers: Numbers) -> None:
     """Write the directions of all rules and the stimuli (rho, s, e) of a robot that forages.
 
-    Source: BOIDS, Section 4, of what an e-puck hears.
+    Source: BOIDS, Eq. 28 to 30, of what an e-puck hears.
     """
     see_neighbours(heard, course.ways)
     for axis in range(2):
@@ -229,7 +229,8 @@ class BoidsParameters(Parameters):
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
     gains: Literal["goal", "static", "adaptive"] = Field(
-        "adaptive", description="Gains: of the goal alone, fixed as below, or of Eq. 33-37"
+        "adaptive",
+        description="Gains: of the goal alone, fixed as below, or of Eq. 33 to 37 (published)",
     )
     alignment: NotNegative = Field(1.0, description=f"Gain K_a of alignment {STATIC}")
     separation: NotNegative = Field(1.0, description=f"Gain K_s of separation {STATIC}")

@@ -5,7 +5,8 @@ Gutierrez et al. 2009 (TR), Section 5.
 Not in the paper, and chosen here:
 - communicating comes first: "the communication layer takes control of the motors' output";
 - avoidance is tangential and keeps right (`tangential`): with the published "opposite to the
-  vector" (`literal`) robots jam head-on on the path;
+  vector" (`literal`) robots jam head-on on the path. The vector is of the sensors within `sector`,
+  where the TR has all of them; and a robot that avoids keeps creeping ahead;
 - the random walk: straight runs of exponential length, then a turn to a uniform direction;
 - the steering: forward share cos(angle), turning share proportional to the angle.
 """
@@ -203,7 +204,8 @@ class SubsumptionParameters(Parameters):
     """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders."""
 
     avoidance: Literal["tangential", "literal"] = Field(
-        "tangential", description="Way around the obstacle, or opposite to it as in TR 5.1"
+        "tangential",
+        description="Way around the obstacle (chosen), or opposite to it as in TR 5.1",
     )
     gap: Positive = Field(
         0.011, le=0.05, description="Distance below which obstacles are avoided [m] (derived)"

@@ -128,7 +128,7 @@ class PerfectOdometry(SocialOdometryParameters):
     exact_beam: bool = Field(
         True,
         description='Whether robots measure each other exactly, as they "know accurately"; false:'
-        " with the radio's noise. ANTS 5 (published)",
+        " with the radio's noise. ANTS 5 (derived)",
     )
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:

@@ -1,7 +1,7 @@
 """Boids in foraging: round trips and localisation error of each motion over each estimator.
 
-Not in the papers: the experiment itself. Motions of BOIDS 3, the subsumption of TR 5.1 and a
-learned motion, over the filters of social odometry (TR 4), covariance intersection (BOIDS 2.2) and
+Not in the papers: the experiment itself. Motions of BOIDS III, the subsumption of TR 5.1 and a
+learned motion, over the filters of social odometry (TR 4), covariance intersection (BOIDS II.1) and
 dead reckoning, in arenas of TR 6.1, with the parameters that were calibrated for subsumption over
 social odometry. And chosen here:
 - SGIFF has its best beta in these arenas, 0.001 per cm; covariance intersection and dead reckoning

@@ -14,7 +14,7 @@ class Filter(Parameters):
     In the waypoints task: the whole correction, g = 1. In the foraging task: the rule of social
     odometry, covariance intersection or the Kalman filter, depending on the estimator.
 
-    Source: BOIDS, Section 2.
+    Source: BOIDS, Section II.1.
     """
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints", "epuck")

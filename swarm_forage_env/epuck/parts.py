@@ -1,8 +1,19 @@
 """Parts of a scenario of e-pucks: arena, body, sensors, radio, and mission.
 
 The origin of a value is one of: published (stated in a paper), derived (follows from a statement of
-a paper), chosen (in no paper; see the description). TR is Gutierrez et al. 2009, ANTS is
-Gutierrez et al. 2008.
+a paper, or fits its results), chosen (in no paper; see the description). TR is Gutierrez et al.
+2009, ANTS is Gutierrez et al. 2008.
+
+Not in the papers, and chosen here:
+- the distribution of the errors of infrared, ground, range and bearing, of which the TR gives the
+  size: uniform; those of infrared and ground multiply the reading;
+- the error of the encoders, of which the TR tells nothing: that of ANTS 4.1, uniform and of one
+  size for any speed of the wheel, none at rest;
+- a sender is heard up to the range whether or not the infrared sensors see it, which the TR has
+  detect "neighbors with whom the robots can communicate" (TR 5);
+- distances of the radio are those of the centres, and the frames that a reading averages are lost
+  or heard together;
+- the brightness of the grey prey area, a half.
 """
 
 import math
@@ -49,7 +60,8 @@ class Robot(Parameters):
     )
     max_speed: Positive = Field(
         0.129,
-        description="Highest speed of a wheel [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
+        description="Highest speed of a wheel [m/s]: 1 turn/s (TR 3.1) of a wheel of 41 mm"
+        " (e-puck.org; derived)",
     )
     cruise_speed: Positive = Field(
         0.06, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
@@ -116,14 +128,14 @@ class Radio(Parameters):
     range_model: Literal["uniform", "board"] = Field(
         "uniform",
         description="Model of the range error; uniform: range_noise. board: range from the"
-        " received power of the real board, lognormal (argos3-epuck; published in code)",
+        " received power of the real board, lognormal (argos3-epuck). Not in the papers (chosen)",
     )
     frames: Count = Field(
         2,
         le=10_000,
         description="Number of messages averaged into one reading while the receiver stands"
         " still; one when it moves. An area takes three words of 9.2 ms (board firmware), and"
-        " the partner speaks as long: two fit into a tick (derived)",
+        " the partner speaks as long: nearly two fit into a tick (derived)",
     )
     slots: Count = Field(
         4,

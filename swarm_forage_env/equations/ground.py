@@ -4,7 +4,7 @@ from swarm_forage_env.arrays import NEST, PREY, Array, Float64
 from swarm_forage_env.compiler import kernel
 
 BLACK, GREY, WHITE = 0.0, 0.5, 1.0
-"""Brightness of the nest, the prey area and the rest of the floor (TR 5)."""
+"""Brightness of the nest, the prey area and the rest of the floor (TR 5; grey: chosen)."""
 
 FLOOR = -1
 """Index for a point in no area."""

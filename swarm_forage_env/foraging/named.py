@@ -5,9 +5,10 @@ infrared and ground sensors are noisy, as robots without any noise may repeat a 
 Three have more than two areas, areas of different worth, or one that moves: twenty robots for half
 an hour in an arena of 3 x 2 m, with the radio, sensors and robots of es1.
 
-Not in the papers: the distance between the areas, the cruise speed, the wheel noise of the TR, the
-number of frames that an exchange averages, and its duration. The values are starting points from
-the published counts of round trips; the description of each field gives its origin.
+Not in the papers: the distance between the areas and where they lie, the cruise speed, the wheel
+noise of the TR, the number of frames that an exchange averages, and its duration. The values are
+starting points from the published counts of round trips; the description of each field gives its
+origin.
 """
 
 from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
@@ -50,7 +51,8 @@ enter(
 )
 
 ANTS = Sensors(wheel_noise=0.063)
-"""Wheel noise: +-20 % of the maximum path in 10 ms (ANTS 4.1) is +-6.3 % in 100 ms (derived)."""
+"""Wheel noise: +-20 % of the maximum path (ANTS 4.1) in a time step of 10 ms, which the paper does
+not give, is +-6.3 % in 100 ms (derived)."""
 
 enter(
     "world of the paper of 2008, with a longer radio range",

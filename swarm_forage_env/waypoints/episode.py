@@ -32,7 +32,7 @@ class WaypointEpisode(EpisodeHeader):
 class WaypointMeter:
     """Meter of covariance norms, position errors and claims in the worlds of a loop.
 
-    Source: BOIDS, Section 5, for the metric.
+    Source: BOIDS, Section IV; Eq. 40, for the mean norm.
     """
 
     def __init__(self, loop: MeasuredLoop) -> None:

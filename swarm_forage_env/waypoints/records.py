@@ -1,7 +1,8 @@
 """Records of the waypoints world: the world, the robot, and the inputs and outputs of layers.
 
-Robots that see each other exchange their beliefs at once and without loss, as in the paper (BOIDS,
-Section 3): an estimator may read the belief of robot j for robot i only if i sees j or j sees i.
+Robots that see each other exchange their beliefs at once and without loss: the paper limits
+communication by its radius only (BOIDS, Section III.2). An estimator may read the belief of robot j
+for robot i only if i sees j or j sees i.
 
 The memory layout of the inputs of layers is that of `epuck.records`.
 """

@@ -6,7 +6,11 @@ which made the paper's figures) or chosen. BOIDS is Smith et al. 2021.
 
 Not in the paper, and taken from the authors' code:
 - robots start within 1 m of home, at full speed, and turn before they go;
+- a tick of 0.5 s, and the limits of speed, turn rate and acceleration;
 - the turn rate is the angle to the new course, a second;
+- robots steer by their true heading (`compass`); only the estimate of the pose uses the gyro;
+- the fix at home includes the heading, with the deviation that the paper gives in metres;
+- robots hit neither walls nor each other;
 - first goals lie in one quarter of the square.
 """
 
@@ -74,10 +78,12 @@ class WaypointSensors(Parameters):
     )
     spread: Share = Field(
         0.01,
-        description="Spread of both standard deviations over robots: +- this share (published)",
+        description="Spread of the noise of speed and turn rate over robots: +- this share. Section"
+        " III.2 (published)",
     )
     reach: Positive = Field(
-        1.0, description="Range within which robots and home are seen [m]. Section 3 (published)"
+        1.0,
+        description="Range within which robots and home are seen [m]. Section III.2 (published)",
     )
     range_noise: Positive = Field(
         0.01, ge=1e-3, description="Standard deviation of a LiDAR range [m]. Table 2 (published)"
@@ -90,8 +96,8 @@ class WaypointSensors(Parameters):
     home_noise: Positive = Field(
         0.001,
         ge=1e-4,
-        description="Standard deviation of a fix at home, of x, y [m] and heading [rad]. Table 2"
-        " (published)",
+        description="Standard deviation of a fix at home, of x, y [m] and heading [rad], of which"
+        " the paper gives the former. Table 2 (published)",
     )
 
 
@@ -101,14 +107,16 @@ class WaypointTask(BaseTask):
     n_robots: Count = Field(
         25,
         le=2_000,
-        description="Number of robots; a pair takes about 100 bytes. Section 3 (published)",
+        description="Number of robots; a pair takes about 100 bytes. Section IV (published)",
     )
-    duration: Positive = Field(100.0, description="Length of an episode [s]. Section 3 (published)")
+    duration: Positive = Field(
+        100.0, description="Length of an episode [s]. Section III.2 (published)"
+    )
     tolerance: Positive = Field(
-        0.2, description="Distance within which a goal is reached [m]. Section 3 (published)"
+        0.2, description="Distance within which a goal is reached [m]. Section IV.3 (published)"
     )
     side: Positive = Field(
-        10.0, description="Side of the square of goals about home [m]. Section 3 (published)"
+        10.0, description="Side of the square of goals about home [m]. Section III.2 (published)"
     )
     start_half_side: Positive = Field(
         1.0, description="Largest offset from home at which robots start, in x and in y [m] (code)"
@@ -120,7 +128,7 @@ class WaypointTask(BaseTask):
         0,
         ge=0,
         description="Number of ticks that averages over time count although they are not run"
-        " (chosen; 2 in the authors' code)",
+        " (2 in the authors' code; chosen)",
     )
 
     @model_validator(mode="after")

@@ -48,7 +48,7 @@ def turn_then_go(
         x     += V dt cos(theta)
         y     += V dt sin(theta)
 
-    Source: BOIDS, Eq. 2 as the authors' code has it.
+    Source: BOIDS, Eq. 5 as the authors' code has it.
     """
     after = wrap(theta + turn * dt)
     c, s = cos_sin(after)

@@ -228,7 +228,8 @@ def test_a_robot_alone_commands_the_same_in_web_assembly(controller, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"), [("global", "it knows the ground truth"), ("boids-adaptive", "pair of robots")]
+    ("name", "reason"),
+    [("global", "it knows the ground truth"), ("boids-adaptive", "pair of robots")],
 )
 def test_what_cannot_run_on_a_robot_alone_is_refused(name, reason):
     with pytest.raises(ConfigError, match=f"'{name}' cannot be exported, because .*{reason}"):
