@@ -25,7 +25,7 @@ def test_a_number_of_its_own_is_told_with_its_own_origin(tmp_path):
     assert authors["task.tolerance"]["origin"] == "code"
     assert parameters("waypoints-25")["task.tolerance"]["origin"] == "published"
     robots = parameters("ants2008")["task.n_robots"]
-    assert (robots["origin"], robots["meaning"]) == ("published", "Robots. ANTS Fig. 3a")
+    assert (robots["origin"], robots["meaning"]) == ("published", "Number of robots. ANTS Fig. 3a")
     wary = parameters("dsgiff-penalised")
     assert wary["estimator.message_path"]["origin"] == "set"
     assert wary["estimator.pause"]["origin"] == "derived"
