@@ -248,7 +248,9 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
     is_single = isinstance(seed, np.ndarray) and seed.ndim == 0
     if is_single or not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
         first = checked_seed(seed)
-        return range(first, checked_seed(first + n - 1) + 1) if n else []
+        if first + n > 2**64:
+            raise ConfigError(f"seed={first}: {n} worlds count up from it, past 2^64 - 1")
+        return range(first, first + n)
     if len(seed) != n:
         raise ConfigError(f"seed={seed!r}: must be {n}, one for each world")
     return [None if own is None else checked_seed(own) for own in seed]
