@@ -133,19 +133,6 @@ def test_an_episode_ends_by_itself_without_a_time_limit_around_it():
         env = env.env
 
 
-def test_no_step_before_the_first_reset_nor_after_the_end():
-    env = gym.make(JOINT, max_cycles=1, **FEW).unwrapped
-    action = env.action_space.sample()
-    with pytest.raises(ResetNeeded, match=r"has not begun: call reset\(\) first"):
-        env.step(action)
-    env.reset(seed=0)
-    assert env.step(action)[3]
-    with pytest.raises(ResetNeeded, match="after the end, at 1 cycles"):
-        env.step(action)
-    env.reset()
-    env.step(action)
-
-
 @pytest.mark.parametrize(
     ("made", "action", "says"),
     [
