@@ -118,6 +118,15 @@ def _check_leaves_a_layer(
             )
 
 
+def refuse_keywords_of_blocks(options: Mapping[str, object]) -> None:
+    """Raise ConfigError for keywords of the APIs that run blocks of worlds."""
+    for name in {"n_worlds", "device"}.intersection(options):
+        raise ConfigError(
+            f"{name}={shown(options[name])}: is for ArrayEnv, SwarmVecEnv and SwarmTorchEnv; leave"
+            " it out, or take one of them"
+        )
+
+
 def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> BaseScenario:
     """Return the scenario with overrides; UnknownNameError for an unknown keyword or parameter."""
     if "render_mode" in overrides:

@@ -42,6 +42,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_in_a_line(options, says):
         ({"decision_period": 2.5}, "decision_period=2.5"),
         ({"decision_period": 18_001}, "must be at most the 18000 ticks"),
         ({"max_cycles": 0}, "max_cycles=0"),
+        ({"n_worlds": 3}, "n_worlds=3: is for ArrayEnv, SwarmVecEnv and SwarmTorchEnv; leave it"),
         ({"max_cycles": 10**400}, r"max_cycles=10{39}\.\.\.: input should be less than"),
         ({"render_mode": "svg"}, "render_mode='svg': must be one of 'human', 'rgb_array', 'ansi'"),
         ({"controller": 7}, "controller=7: must be a name or a controller"),
