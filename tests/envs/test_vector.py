@@ -136,7 +136,6 @@ def test_a_block_is_made_again_from_its_spec_and_says_how_episodes_follow(mode):
     [
         ({"num_envs": 0}, "num_envs=0: must be a whole number, at least 1"),
         ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
-        ({"max_episode_steps": 2.5}, r"max_episode_steps=2\.5: must be"),
         ({"max_episode_steps": 5, **EXCHANGES}, "max_episode_steps=5: under .* give max_cycles"),
         ({"num_envs": 2, "stagger": True}, "stagger=True: worlds end .*='Disabled'"),
         ({"num_envs": 2, **EXCHANGES}, "step_on='exchange': worlds end at .*='sync'"),
