@@ -120,7 +120,7 @@ def _check_leaves_a_layer(
 
 def refuse_keywords_of_blocks(options: Mapping[str, object]) -> None:
     """Raise ConfigError for keywords of the APIs that run blocks of worlds."""
-    for name in {"n_worlds", "device"}.intersection(options):
+    for name in (each for each in ("n_worlds", "device") if each in options):
         raise ConfigError(
             f"{name}={shown(options[name])}: is for ArrayEnv, SwarmVecEnv and SwarmTorchEnv; leave"
             " it out, or take one of them"
