@@ -24,7 +24,7 @@ from baselines.composition import (
     settings_of,
 )
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.interface import (
     CORRECT,
@@ -41,6 +41,7 @@ from swarm_forage_env.random_streams import streams
 from swarm_forage_env.raw_control import set_no_stream
 from swarm_forage_env.record import Rows, copied_rows, offset_of, record_dtype
 from swarm_forage_env.task import World, task_of
+from swarm_forage_env.templates import is_row_template, parts_of
 from swarm_forage_env.ticks import joined, nothing
 
 
@@ -77,6 +78,7 @@ class CompositionGroup:
             "decide_world": task_of(world.scenario).decide,
             "set_stream": set_stream if "stream" in motion.memory.fields else set_no_stream,
         }
+        self._check_names(*running.estimator.kernels, *motion.kernels)
         self.steer: MotionRule | None = None  # the motion, if written in NumPy
         if own.motion_rule is not None:
             self.steer = own.motion_rule.start(world.scenario, seeds)
@@ -84,6 +86,18 @@ class CompositionGroup:
         """Weighting of the group if it is written in NumPy, else None."""
         if hasattr(self.weigh, "start_knowing"):  # it reads the beliefs and the ground truth
             self.weigh = self.weigh.start_knowing(running, world)
+
+    def _check_names(self, *names: str) -> None:
+        """Raise UnknownNameError for a function of a layer that no template calls by its name.
+
+        An estimator with a template of its own may also keep functions of the usual one.
+        """
+        own = self.functions["observe_world"], self.functions["decide_world"]
+        templates = [each for each in (observe_world, *own) if is_row_template(each)]
+        called = {name for each in templates for name, _ in parts_of(each, self.functions)}
+        for name in names:
+            if name not in called:
+                raise UnknownNameError("function that the tick calls", name, called)
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset the motion in worlds first .. last - 1, with these seeds."""

@@ -31,8 +31,8 @@ class Header(Parameters):
 
     experiment: Identity
     curve: tuple[CurvePoint, ...]
-    sha256: str = ""
-    """Hash of the rest of the header and of all arrays; empty in checkpoints of older versions."""
+    sha256: str
+    """Hash of the rest of the header and of all arrays."""
 
     def hashed(self, arrays: Mapping[str, Array]) -> str:
         """Return the hash of this header, without its `sha256`, and of the arrays."""
@@ -48,7 +48,7 @@ def write_checkpoint(
     """Write the checkpoint of an experiment, replacing the previous one."""
     from safetensors.numpy import save
 
-    header = Header(experiment=identity, curve=tuple(curve))
+    header = Header(experiment=identity, curve=tuple(curve), sha256="")
     header = header.model_copy(update={"sha256": header.hashed(arrays)})
     content = save(arrays, {RECORD: header.model_dump_json()})
     try:
@@ -72,7 +72,7 @@ def read_checkpoint(file: Path, identity: Identity) -> tuple[list[CurvePoint], d
             arrays = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118 no mapping
     except (OSError, SafetensorError, KeyError, TypeError, ValueError) as error:
         raise unreadable(file, str(error).splitlines()[0]) from None
-    if record.sha256 not in {"", record.hashed(arrays)}:
+    if record.sha256 != record.hashed(arrays):
         raise unreadable(file, "its content is damaged")
     recorded = record.experiment
     for name in (*identity, *sorted(recorded.keys() - identity.keys())):

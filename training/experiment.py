@@ -15,7 +15,7 @@ from baselines.evaluation.console import of_option
 from baselines.evaluation.evaluate_options import check_count, check_device, check_physics
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import files_read_by
 from swarm_forage_env.parameters import leaves
@@ -184,6 +184,8 @@ class Experiment:
     @property
     def layers(self) -> tuple[LayerName, ...]:
         """Layers that are trained."""
+        if self.layer not in LAYERS:
+            raise UnknownNameError("layer to learn", self.layer, LAYERS)
         return LAYERS[self.layer]
 
     @property

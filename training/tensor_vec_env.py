@@ -3,6 +3,7 @@
 Tensors share the memory of the worlds' arrays, except in numba's simulator.
 """
 
+import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.worlds_on_cpu import Device, PlacedArray, checked_device
 
@@ -83,9 +84,16 @@ class TensorVecEnv:
     """
 
     def __init__(self, blocks: Sequence[ArrayEnv]) -> None:
-        """Join blocks with any numbers of worlds and robots."""
+        """Join blocks with any numbers of worlds and robots; ConfigError if no policy fits all."""
         self.blocks = list(blocks)
         first = self.blocks[0]
+        for k, block in enumerate(self.blocks):
+            for name, own in _form_of(block).items():
+                if own != (wanted := _form_of(first)[name]):
+                    raise ConfigError(
+                        f"block {k}: has {name}={shown(own)}, and block 0 {shown(wanted)}; a policy"
+                        " of all blocks needs the same"
+                    )
         self.device = torch_device(first.device)
         self.observation_space, self.action_space = first.observation_space, first.action_space
         self.observation_layout = cast(FieldLayout, first.observation_layout)
@@ -124,7 +132,9 @@ class TensorVecEnv:
         Each of several seeds applies to an equal part of the worlds of every block, as if alone.
         """
         for block in self.blocks:
-            n = block.n_worlds // len(seeds)
+            n, rest = divmod(block.n_worlds, len(seeds))
+            if rest:
+                raise ConfigError(f"seeds {seeds}: must divide {block.n_worlds} worlds equally")
             block.episodes.seed([own for each in seeds for own in checked_seeds(each, n)])
 
     def check_shares(self, n: int, together: int) -> None:
@@ -205,6 +215,13 @@ class TensorVecEnv:
     def _follow_stream(self) -> None:
         for block in self.blocks:
             follow_stream(block)
+
+
+def _form_of(block: ArrayEnv) -> dict[str, object]:
+    """Return what a policy fits: its keywords, observed features, device, and what ends a step."""
+    own = {"step_on": block.config.step_on, "device": block.device}
+    features = [*block.observation_layout.names]
+    return {**json.loads(block.card)["keywords"], "features": features, **own}
 
 
 def _rows(observations: Sequence[object]) -> Tensor:

@@ -26,7 +26,8 @@ CHIP = {"flash": 1024 * 1024, "ram": 192 * 1024}
 C_TYPES = {"int8": "int8_t", "int32": "int32_t", "float32": "float", "float64": "double"}
 
 CLEAR_MESSAGE = """\
-    memset(self->minds + self->number * MIND_SIZE + MESSAGE, 0, PAYLOAD_SIZE);
+    memset(self->minds + self->number * CONTROLLER_MIND_SIZE + CONTROLLER_MESSAGE, 0,
+           CONTROLLER_PAYLOAD_SIZE);
 """
 """Zeros for what a message does not tell of. The words of a policy last until its next decision."""
 
@@ -113,7 +114,7 @@ def _of_policy(exported: ExportedRobot) -> dict[str, str]:
     for name, each in exported.policy.items():
         is_constant = _is_constant(name, each)
         if not is_constant and each.nbytes:
-            fields.append(f"    _Alignas(8) uint8_t {name}[{each.nbytes}];\n")
+            fields.append(f"    CONTROLLER_ALIGNAS(8) uint8_t {name}[{each.nbytes}];\n")
         parameters.append(f"{'const ' if is_constant or not each.nbytes else ''}void *{name}")
         place = f"controller_{name}" if is_constant else f"self->{name}"
         arguments.append(place if each.nbytes else "controller_settings")
@@ -185,10 +186,11 @@ def _data(exported: ExportedRobot, data: Mapping[str, Array]) -> str:
         "VECTOR_SIZE": exported.vector.itemsize,
     }
     lines = ["/* Sizes and places [bytes], and records that do not change. */"]
-    lines += [f"#define {name} {value}" for name, value in numbers.items()]
+    lines += [f"#define CONTROLLER_{name} {value}" for name, value in numbers.items()]
     for name, array in data.items():
         content = [f"0x{byte:02x}," for byte in array.tobytes()]
-        lines.append(f"_Alignas(8) static const uint8_t controller_{name}[{len(content)}] = {{")
+        kind = "CONTROLLER_ALIGNAS(8) static const uint8_t"
+        lines.append(f"{kind} controller_{name}[{len(content)}] = {{")
         pieces = range(0, len(content), BYTES_A_LINE)
         lines += ["".join(content[first : first + BYTES_A_LINE]) for first in pieces]
         lines.append("};")

@@ -104,7 +104,7 @@ class ExportedRobot:
         self.name, self.scenario, self._controller = controller.name, scenario, controller
         self._pilot, layers = pilot_and_layers(controller, scenario)
         self.views = {} if self._pilot is None else VIEWS
-        loop = Loop(scenario, layers, [0], "kinematic")
+        loop = Loop(scenario, layers, [0], "kinematic", is_blank=True)
         compiled = loop.controller.compiled
         self.message = "words"
         """Field of the records `minds` that holds the message."""

@@ -196,6 +196,7 @@ class ArrayEnv:
         modes[fresh] = START
         memory = self.memory
         observed = self._decisions.observe(memory.to_device(modes))
+        self.episodes.is_interrupted[fresh] = False
         no_rewards = np.zeros((self.n_worlds, len(self.learners)))
         return observed, self._infos(memory.to_device(no_rewards))
 
@@ -294,9 +295,11 @@ class ArrayEnv:
             return observed[0], rewards[1], never, over, self._infos(rewards[0])
         self._decisions.act(actions)
         self.check()
+        self.episodes.is_interrupted[:] = True
         self._run()
         unshaped, rewards = self._decisions.rewards()
         observed = self._decisions.observe()
+        self.episodes.is_interrupted[:] = False
         truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._terminated)
         return observed, rewards, never, truncated, self._infos(unshaped)
 
@@ -387,11 +390,14 @@ class ArrayEnv:
 
     @property
     def _fixed_options(self) -> dict[str, object]:
-        """Options that say what a snapshot counts, draws and keeps frames of."""
+        """Options that say what a snapshot counts, draws, keeps frames of and lets learners do."""
         config = self.config
+        kept = "learn", "action", "reflexes", "residual", "walk", "step_on"
         return {
+            **{name: getattr(config, name) for name in kept},
+            "learners": self.learners,
             "decision_period": config.period,
-            "step_on": config.step_on,
+            "max_cycles": self.max_cycles,
             "randomise": [*self.episodes.drawn],
             "normalise": config.stack > 1 and config.normalise,
         }

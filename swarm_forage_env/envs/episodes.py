@@ -61,6 +61,8 @@ class Episodes:
         """Decisions (with `step_on="exchange"` ticks) since the episode of each world began."""
         self.ends: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
         """Value of `steps` at which each episode ends; 0 before the first episode."""
+        self.is_interrupted = np.zeros(n_worlds, np.bool_)
+        """Worlds whose last step or reset an exception cut short, as one in a user's reward."""
         self.needs_upload = False
         """Whether streams or counts were changed on the CPU and not yet copied to the GPU."""
         self._is_other = np.zeros(n_worlds, np.bool_)
@@ -101,17 +103,19 @@ class Episodes:
             raise ResetNeeded(NOT_BEGUN)
 
     def check_running(self, limit: int = MAX_TICKS) -> None:
-        """Raise ResetNeeded if an episode has not begun, has ended or has reached the limit."""
-        is_over = self.steps >= np.minimum(self.ends, limit)
-        if not is_over.any():
+        """Raise ResetNeeded if an episode has not begun, has ended, has reached the limit, or was
+        interrupted."""
+        needs_reset = self.is_interrupted | (self.steps >= np.minimum(self.ends, limit))
+        if not needs_reset.any():
             return
         if not self.ends.all():
             raise ResetNeeded(NOT_BEGUN)
-        over = np.flatnonzero(is_over)
-        where = "" if len(self.ends) == 1 else f" of world {over[0]}"
-        raise ResetNeeded(
-            f"step after the end{where}, at {self.steps[over[0]]} cycles: call reset() first"
-        )
+        world = int(np.flatnonzero(needs_reset)[0])
+        where = "" if len(self.ends) == 1 else f" of world {world}"
+        why = f"step after the end{where}, at {self.steps[world]} cycles"
+        if self.is_interrupted[world]:
+            why = f"the last step or reset{where} was interrupted by an exception"
+        raise ResetNeeded(f"{why}: call reset() first")
 
     def begin(
         self, seed: Seeds, worlds: object, options: Mapping[str, object], n_steps: int
@@ -123,6 +127,7 @@ class Episodes:
         self._restart(self._drawn_where_none(seeds, chosen), chosen, base)
         self.steps[chosen], self.ends[chosen] = 0, n_steps
         self._is_other[chosen], self.needs_upload = base is not self._scenario, True
+        self.is_interrupted[chosen] = True  # until it is observed
         return chosen
 
     @property
@@ -164,7 +169,8 @@ class Episodes:
 
     @property
     def _numbers(self) -> tuple[Array, ...]:
-        return self.streams, self._roots, self.steps, self.ends, self._is_other
+        counts = self.steps, self.ends
+        return self.streams, self._roots, *counts, self._is_other, self.is_interrupted
 
     def scenario_under(self, options: Mapping[str, object]) -> BaseScenario:
         """Return the scenario of an episode with these options; ConfigError if one does not fit."""
@@ -240,7 +246,9 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
     is_single = isinstance(seed, np.ndarray) and seed.ndim == 0
     if is_single or not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
         first = checked_seed(seed)
-        return range(first, checked_seed(first + n - 1) + 1) if n else []
+        if first + n > 2**64:
+            raise ConfigError(f"seed={first}: {n} worlds count up from it, past 2^64 - 1")
+        return range(first, first + n)
     if len(seed) != n:
         raise ConfigError(f"seed={seed!r}: must be {n} seeds, one for each world")
     return [None if own is None else checked_seed(own) for own in seed]

@@ -14,6 +14,7 @@ from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv, Infos
 from swarm_forage_env.envs.episodes import checked_options, parts_of
 from swarm_forage_env.envs.keywords import SingleEnvOptions
+from swarm_forage_env.envs.make import refuse_keywords_of_blocks
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import ConfigError
@@ -39,6 +40,7 @@ class JointWorlds(ShownEnv):
         rest = dict(options)
         render_mode = rest.pop("render_mode", None)
         check_render_mode(render_mode)
+        refuse_keywords_of_blocks(rest)
         if self.single_learner:
             rest.setdefault("learners", 1)
         env = ArrayEnv(n_worlds=n_worlds, **rest)

@@ -120,6 +120,15 @@ def _check_leaves_a_layer(
             )
 
 
+def refuse_keywords_of_blocks(options: Mapping[str, object]) -> None:
+    """Raise ConfigError for keywords of the APIs that run blocks of worlds."""
+    for name in (each for each in ("n_worlds", "device") if each in options):
+        raise ConfigError(
+            f"{name}={shown(options[name])}: is for ArrayEnv, SwarmVecEnv and SwarmTorchEnv; leave"
+            " it out, or use one of them"
+        )
+
+
 def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> BaseScenario:
     """Return the scenario with overrides; UnknownNameError for an unknown keyword or parameter."""
     if "render_mode" in overrides:
@@ -130,8 +139,11 @@ def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> Ba
     chosen: BaseScenario = find_scenario(scenario)
     keywords = (*EnvConfig.model_fields, "controller", "render_mode")
     known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}
+    names: dict[str, str] = {}
     for name in overrides:
-        resolve(name, known, "keyword or scenario parameter")
+        path = resolve(name, known, "keyword or scenario parameter")
+        if names.setdefault(path, name) != name:
+            raise ConfigError(f"{path}: is given twice, as '{names[path]}' and as '{name}'")
     return override(chosen, overrides, "scenario parameter")
 
 

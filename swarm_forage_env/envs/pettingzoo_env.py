@@ -17,6 +17,7 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.keywords import EnvOptions, Learn, OtherOptions, RenderMode
+from swarm_forage_env.envs.make import refuse_keywords_of_blocks
 from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import UnknownNameError, shown
 from swarm_forage_env.random_streams import checked_seed
@@ -80,6 +81,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         **options: Unpack[OtherOptions],
     ) -> None:
         check_render_mode(render_mode)
+        refuse_keywords_of_blocks(options)
         env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
         self._show(env, render_mode)
         self.possible_agents = env.learners

@@ -164,6 +164,7 @@ def test_a_copy_and_a_snapshot_in_mid_episode_go_on_bit_for_bit(options):
 
 OTHER = [{"learn": "both"}, {"stack": 2}, {"controller": "nc"}, {"n_worlds": 3}]
 OTHER += [{"decision_period": 5}, {"randomise": {"radio.max_range": (0.1, 0.2)}}]
+OTHER += [{"max_cycles": 9}, {"residual": True}, {"action": "course"}, {"reflexes": False}]
 
 
 @pytest.mark.parametrize("options", OTHER)

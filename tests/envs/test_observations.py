@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
@@ -218,6 +219,8 @@ def test_wrong_numbers_of_an_observation_do_not_travel_nor_move_robots(value, er
     env = parallel_env("es1", observation=["layer", Broken], **FEW)
     with pytest.raises(error, match=message):
         env.reset(seed=0)
+    with pytest.raises(ResetNeeded, match="interrupted by an exception: call reset"):
+        env.step({})
 
 
 @pytest.mark.parametrize(

@@ -140,6 +140,7 @@ def test_a_block_is_made_again_from_its_spec_and_says_how_episodes_follow(mode):
         ({"num_envs": 2, "stagger": True}, "stagger=True: worlds end .*='Disabled'"),
         ({"num_envs": 2, **EXCHANGES}, "step_on='exchange': worlds end at .*='sync'"),
         ({"num_envs": 2, "render_mode": "human"}, "one window shows one world, not 2"),
+        ({"num_envs": 2, "device": "cpu"}, "device='cpu': is for ArrayEnv"),
         ({"autoreset_mode": "never"}, "'never': must be one of 'NextStep', 'SameStep', 'Disabled'"),
     ],
 )

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.sikf import SIKF
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
@@ -106,3 +107,12 @@ def test_worlds_with_other_layers_are_refused(first, other, layer):
     Loop(find_scenario("es1"), [first, first], [0, 1]).step()
     with pytest.raises(ConfigError, match=f"another {layer}"):
         Loop(find_scenario("es1"), [first, other], [0, 1])
+
+
+class Misspelt(SocialOdometryParameters):
+    kernels = KERNELS | {"merg": KERNELS["merge"]}
+
+
+def test_a_function_of_a_layer_that_the_tick_does_not_call_is_refused():
+    with pytest.raises(UnknownNameError, match="named 'merg', did you mean 'merge'"):
+        Loop(find_scenario("es1"), replace(NC, estimator=Misspelt()), [0])

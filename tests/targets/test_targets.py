@@ -290,7 +290,7 @@ int main() {
     CCI_RangeAndBearingSensor radio;
     robot.m_pcHear = &radio;
     for (UInt8 state : {UInt8(0), LISTENS, SPEAKS}) {
-        std::vector<UInt8> heard, bytes(HEADER + PAYLOAD_SIZE, 1);
+        std::vector<UInt8> heard, bytes(HEADER + CONTROLLER_PAYLOAD_SIZE, 1);
         bytes[2] = state, bytes[3] = 0; /* robot 1 has heard one other: robot 0 */
         radio.r = {{0.1, {}, {}, {bytes}}};
         controller_received_t received[CONTROLLER_SLOTS];

@@ -36,6 +36,7 @@ IMITATION = {"algorithm": "imitation", "population": None}
 EVERYTHING = {"algorithm": "ppo", "layer": "everything", "population": None}
 
 REFUSED = [
+    ({"layer": "motoin"}, "no layer to learn named 'motoin', did you mean 'motion'"),
     ({"layer": "both"}, "cma: trains one layer at a time, not both"),
     ({**IMITATION, "layer": "both"}, "the weighting only, not both; the right"),
     ({"algorithm": "imitation", "population": 8}, "is for --algorithm cma"),

@@ -258,6 +258,10 @@ def test_blocks_of_several_scenarios_are_joined_and_their_time_is_counted(monkey
     for says, actions in bad.items():
         with pytest.raises(ConfigError, match=says):
             env.step(actions)
+    with pytest.raises(ConfigError, match=r"seeds \(1, 2\): must divide 1 worlds equally"):
+        env.seed(1, 2)
+    with pytest.raises(ConfigError, match="block 1: has action='course', and block 0 None; a"):
+        TensorVecEnv([env.blocks[0], ArrayEnv("es1", action="course", **WORLDS)])
 
 
 def test_torch_must_find_the_gpu_that_the_worlds_are_on(monkeypatch, experiment):

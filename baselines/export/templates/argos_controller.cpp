@@ -101,19 +101,20 @@ private:
                 sOwn.n_averaged = 1.0f;
                 sOwn.sender = nSender;
                 UInt8 *pnTo = reinterpret_cast<UInt8 *>(&sOwn.payload);
-                for (size_t b = 0; b < PAYLOAD_SIZE; b++) pnTo[b] = sPacket.Data[HEADER + b];
+                for (size_t b = 0; b < CONTROLLER_PAYLOAD_SIZE; b++)
+                    pnTo[b] = sPacket.Data[HEADER + b];
             }
         }
         return nReceived;
     }
 
     void Say(const controller_command_t &s_command, const std::vector<UInt8> &c_heard) {
-        std::vector<UInt8> cBytes(HEADER + PAYLOAD_SIZE, 0);
+        std::vector<UInt8> cBytes(HEADER + CONTROLLER_PAYLOAD_SIZE, 0);
         cBytes[0] = m_nNumber;
         cBytes[1] = c_heard.size() / 2;
         cBytes[2] = s_command.is_speaking ? SPEAKS : LISTENS;
         std::copy(c_heard.begin(), c_heard.end(), cBytes.begin() + 3);
-        std::memcpy(cBytes.data() + HEADER, &s_command.payload, PAYLOAD_SIZE);
+        std::memcpy(cBytes.data() + HEADER, &s_command.payload, CONTROLLER_PAYLOAD_SIZE);
         for (size_t b = 0; b < cBytes.size(); b++) m_pcSay->SetData(b, cBytes[b]);
     }
 

@@ -13,9 +13,12 @@
 #include <string.h>
 
 #ifdef __cplusplus
-#define _Alignas alignas
-#define _Static_assert static_assert
+#define CONTROLLER_ALIGNAS alignas
+#define CONTROLLER_ASSERT static_assert
 extern "C" {
+#else
+#define CONTROLLER_ALIGNAS _Alignas
+#define CONTROLLER_ASSERT _Static_assert
 #endif
 
 #include "controller_data.h" /* sizes and places in memory, and the numbers of the layers */
@@ -52,9 +55,9 @@ typedef struct {
 
 /* All that a robot keeps. Nothing in it is to be written by hand. */
 typedef struct {
-    _Alignas(8) uint8_t robots[CONTROLLER_ROBOTS * ROBOT_SIZE];
-    _Alignas(8) uint8_t minds[CONTROLLER_ROBOTS * MIND_SIZE];
-    _Alignas(8) uint8_t memories[CONTROLLER_ROBOTS * MEMORY_SIZE];
+    CONTROLLER_ALIGNAS(8) uint8_t robots[CONTROLLER_ROBOTS * CONTROLLER_ROBOT_SIZE];
+    CONTROLLER_ALIGNAS(8) uint8_t minds[CONTROLLER_ROBOTS * CONTROLLER_MIND_SIZE];
+    CONTROLLER_ALIGNAS(8) uint8_t memories[CONTROLLER_ROBOTS * CONTROLLER_MEMORY_SIZE];
 ${policy_fields}    int64_t number;
 } controller_t;
 
@@ -62,8 +65,10 @@ int swarm_run(int64_t *result, void **error, void *robots, void *minds, void *me
               const void *nothing, const void *settings,${policy_taken}
               int64_t robot, int64_t operation, int64_t seed);
 
-_Static_assert(sizeof(controller_readings_t) == READINGS_SIZE, "readings are laid out as C does");
-_Static_assert(sizeof(controller_payload_t) == PAYLOAD_SIZE, "payloads are laid out as C does");
+CONTROLLER_ASSERT(sizeof(controller_readings_t) == CONTROLLER_READINGS_SIZE,
+                  "readings are laid out as C does");
+CONTROLLER_ASSERT(sizeof(controller_payload_t) == CONTROLLER_PAYLOAD_SIZE,
+                  "payloads are laid out as C does");
 
 static inline size_t controller_size(void) { return sizeof(controller_t); }
 
@@ -83,8 +88,9 @@ static inline int controller_init(controller_t *self, int32_t number, int64_t se
     if (number < 0 || number >= CONTROLLER_ROBOTS) return 1;
     memset(self, 0, sizeof *self);
     for (int k = 0; k < CONTROLLER_ROBOTS; k++) {
-        memcpy(self->minds + k * MIND_SIZE, controller_first_mind, MIND_SIZE);
-        memcpy(self->memories + k * MEMORY_SIZE, controller_first_memory, MEMORY_SIZE);
+        memcpy(self->minds + k * CONTROLLER_MIND_SIZE, controller_first_mind, CONTROLLER_MIND_SIZE);
+        memcpy(self->memories + k * CONTROLLER_MEMORY_SIZE, controller_first_memory,
+               CONTROLLER_MEMORY_SIZE);
     }
     self->number = number;
     return controller_run(self, 1, seed);
@@ -95,27 +101,30 @@ static inline int controller_init(controller_t *self, int32_t number, int64_t se
 static inline int controller_tick(controller_t *self, const controller_readings_t *readings,
                                   const controller_received_t *received, int n_received,
                                   controller_command_t *command) {
-    uint8_t *robot = self->robots + self->number * ROBOT_SIZE, *heard = robot + HEARD;
+    uint8_t *robot = self->robots + self->number * CONTROLLER_ROBOT_SIZE;
+    uint8_t *heard = robot + CONTROLLER_HEARD;
     int32_t n = n_received;
     if (n < 0 || n > CONTROLLER_SLOTS) return 1;
-    memcpy(robot + READINGS, readings, READINGS_SIZE);
-    memset(heard, 0, HEARD_SIZE);
-    memcpy(heard + HEARD_N, &n, sizeof n);
+    memcpy(robot + CONTROLLER_READINGS, readings, CONTROLLER_READINGS_SIZE);
+    memset(heard, 0, CONTROLLER_HEARD_SIZE);
+    memcpy(heard + CONTROLLER_HEARD_N, &n, sizeof n);
     for (int k = 0; k < n; k++) {
         const controller_received_t *each = received + k;
         const float is_valid = 1.0f;
         if (each->sender < 0 || each->sender >= CONTROLLER_ROBOTS || each->sender == self->number)
             return 1;
-        memcpy(heard + HEARD_VALID + 4 * k, &is_valid, 4);
-        memcpy(heard + HEARD_RANGE_BEARING + 12 * k, &each->range, 12);
-        memcpy(heard + HEARD_AVERAGED + 4 * k, &each->n_averaged, 4);
-        memcpy(heard + HEARD_SENDER + 4 * k, &each->sender, 4);
-        memcpy(self->minds + each->sender * MIND_SIZE + MESSAGE, &each->payload, PAYLOAD_SIZE);
+        memcpy(heard + CONTROLLER_HEARD_VALID + 4 * k, &is_valid, 4);
+        memcpy(heard + CONTROLLER_HEARD_RANGE_BEARING + 12 * k, &each->range, 12);
+        memcpy(heard + CONTROLLER_HEARD_AVERAGED + 4 * k, &each->n_averaged, 4);
+        memcpy(heard + CONTROLLER_HEARD_SENDER + 4 * k, &each->sender, 4);
+        memcpy(self->minds + each->sender * CONTROLLER_MIND_SIZE + CONTROLLER_MESSAGE,
+               &each->payload, CONTROLLER_PAYLOAD_SIZE);
     }
 ${clear_message}    if (controller_run(self, 0, 0)) return 1;
-    memcpy(command->wheels, robot + COMMAND_WHEELS, sizeof command->wheels);
-    command->is_speaking = robot[COMMAND_SPEAKING] != 0;
-    memcpy(&command->payload, self->minds + self->number * MIND_SIZE + MESSAGE, PAYLOAD_SIZE);
+    memcpy(command->wheels, robot + CONTROLLER_COMMAND_WHEELS, sizeof command->wheels);
+    command->is_speaking = robot[CONTROLLER_COMMAND_SPEAKING] != 0;
+    memcpy(&command->payload, self->minds + self->number * CONTROLLER_MIND_SIZE + CONTROLLER_MESSAGE,
+           CONTROLLER_PAYLOAD_SIZE);
     return 0;
 }
 

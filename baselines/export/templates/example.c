@@ -14,7 +14,7 @@ typedef struct {
     controller_payload_t payload;
 } vector_t;
 
-_Static_assert(sizeof(vector_t) == VECTOR_SIZE, "vectors are laid out as C does");
+_Static_assert(sizeof(vector_t) == CONTROLLER_VECTOR_SIZE, "vectors are laid out as C does");
 
 enum { NUMBER = $number, SEED = $seed, N_TICKS = $n_ticks };
 
