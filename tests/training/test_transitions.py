@@ -17,7 +17,7 @@ from tests.scripts import ROOT
 from training import train_command
 from training.cloning import Cloner, CloningOptions, discounted_returns, reward_weights
 from training.policy_controller import policy_controller
-from training.transitions import COLUMNS, DatasetOptions, Recording, card_in, read
+from training.transitions import COLUMNS, DatasetOptions, Recording, card_in, read, world_in
 
 SEED = 7
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 90.0}
@@ -34,7 +34,7 @@ def record(tmp_path):
     def run(*arguments, scenario="es1", settings=SHORT):
         changes = [f"--set={name}={value}" for name, value in settings.items()]
         options = [*changes, f"--seed={SEED}", f"--out={folder}"]
-        train_command.app(["dataset", scenario, *arguments, *options], standalone_mode=False)
+        train_command.app(["dataset", scenario, *options, *arguments], standalone_mode=False)
         return folder
 
     return run
@@ -53,7 +53,6 @@ def network(tmp_path):
         ("es1", "learned-both", "rigid", 3),
         ("es1", "random", "kinematic", 3),
         ("es1", "network", "kinematic", 3),
-        ("near", "ssgiff:beta=0.02", "rigid", 2),
         ("aggregation", "gather", "rigid", 2),
         ("waypoints-05", "boids-goal", "kinematic", 2),
     ],
@@ -68,8 +67,8 @@ def test_what_was_recorded_is_what_an_environment_shows_and_pays(
     folder = record(name, *options, scenario=scenario, settings=settings)
     played, card = read(folder, name), card_in(folder, name)
     env = ArrayEnv(
-        scenario, 2, DatasetOptions("es1", []).find(name), learners=learners, physics=physics,
-        **card.keywords.model_dump(), **settings,
+        scenario, 2, DatasetOptions("es1", []).find(name), learners=learners,
+        **card.keywords.model_dump(), **world_in(folder, name),
     )  # fmt: skip
     shape = 2, len(env.learners), env.max_cycles
     rows = {key: each.reshape(*shape, *each.shape[1:]) for key, each in played.items()}
@@ -128,18 +127,21 @@ def test_a_run_goes_on_and_a_damaged_file_is_recorded_again(record, capsys):
         assert_array_equal(after[name], before[name])
 
 
-def test_what_cannot_be_read_as_one_is_refused(record, tmp_path, capsys):
+def test_what_cannot_be_read_as_one_is_refused(record, tmp_path):
     with pytest.raises(ConfigError, match="holds none; record some with"):
         read(tmp_path)
     folder = record("ssgikf", "--episodes=1")
-    assert "; 1 episode to play" in capsys.readouterr().err
     with pytest.raises(ConfigError, match="holds none of policy 'nc'"):
         read(folder, "nc")
+    record("nc", "--episodes=1", settings={"task.duration": 4.0})
+    with pytest.raises(ConfigError, match="of several worlds"):
+        read(folder)
+    next(folder.glob("*/policy=nc/*")).unlink()
     record("gather", "--episodes=1", scenario="aggregation")
     with pytest.raises(ConfigError, match="do not observe and act alike"):
         read(folder)
-    record("ssgikf", "--episodes=1", "--learners=1")
-    with pytest.raises(ConfigError, match="are one episode under other numbers"):
+    record("ssgikf", "--episodes=1", "--learners=1", "--seed=8")
+    with pytest.raises(ConfigError, match="of 'ssgikf' are of other settings, learners or"):
         read(folder)
 
 
