@@ -23,7 +23,7 @@ from swarm_forage_env.errors import ConfigError
 from training.foreign_file import check_file, check_zip, reason
 from training.policy import PolicyFile, Started, StateSize, imported, module_file, started_function
 from training.policy_card import PolicyCard
-from training.policy_file import needed_by
+from training.policy_file import in_one_thread, needed_by
 
 
 class _Exported(PolicyFile):
@@ -69,9 +69,13 @@ class TorchScriptPolicy(_Exported):
             except (RuntimeError, ValueError) as error:
                 why = reason(error)
                 raise ConfigError(f"policy {self.file}: is not TorchScript ({why})") from None
-        run: Callable[[Array], Array] = torch.no_grad()(
-            lambda observed: network(torch.from_numpy(observed)).numpy()
-        )
+
+        @torch.no_grad()
+        @in_one_thread()
+        def run(observed: Array) -> Array:
+            output: Array = network(torch.from_numpy(observed)).numpy()
+            return output
+
         return run
 
 

@@ -47,7 +47,7 @@ from training.network_policy import Network as DenseNetwork
 from training.network_policy import packed_layers
 from training.policy import PolicyFile, Rows, Started, drawn_choices
 from training.policy_card import PolicyCard, as_keywords, card_from
-from training.policy_file import check_weights, misfit
+from training.policy_file import check_weights, in_one_thread, misfit
 
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
@@ -220,6 +220,7 @@ class SB3Policy(PolicyFile):
             layers, _, units = model.lstm_hidden_state_shape
 
         @torch.no_grad()
+        @in_one_thread()
         def act(observed: Rows, draws: Array | None, rows: Rows) -> tuple[Array, Rows]:
             if dense is not None and draws is None:
                 return dense(observed, rows)

@@ -9,6 +9,7 @@ nothing is stored.
 """
 
 import hashlib
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,10 +27,10 @@ from baselines.controller import LayeredController
 from baselines.evaluation.dataset import (
     DamagedFileError,
     Dataset,
-    checked_text,
     folder_name,
+    name_in,
     read_table,
-    unread,
+    reading,
     with_checksum,
 )
 from baselines.evaluation.dataset_reader import TRANSITIONS
@@ -53,6 +54,9 @@ from training.policy_controller import PolicyController, named_policy
 CARD = b"card"
 """Metadata key of the card for a policy that is trained on a file."""
 
+WORLD = b"world"
+"""Metadata key of the world of a file; files of early versions have none."""
+
 COLUMNS = (
     "observation", "action", "reward", "next_observation", "terminated", "truncated",
     "robot", "decision", "seed",
@@ -71,19 +75,20 @@ def read(folder: str | Path, policy: str | None = None) -> dict[str, Array]:
         played["observation"], played["action"]          # float32, (rows, features)
 
     The transitions of a robot in an episode follow one another; `truncated` marks the last one.
-    ConfigError for a folder without transitions, with an episode in two versions or with several
-    action spaces or observations, and for a damaged file.
+    ConfigError for a folder without transitions, of several recordings of a policy or of several
+    worlds, action spaces or observations, and for a damaged file.
 
     Args:
         folder: Folder that `swarm-forage dataset` has written.
         policy: The name of one policy; None: all.
     """
     files = _files(Path(folder), policy)
-    tables, cards = zip(*map(_read_file, files), strict=True)
-    if len({(card.keywords.model_dump_json(), card.observes) for card in cards}) > 1:
+    tables, cards, worlds = zip(*map(_read_file, files), strict=True)
+    forms = [(card.scenario, card.keywords.model_dump_json(), card.observes) for card in cards]
+    if len({*zip(forms, worlds, strict=True)}) > 1:
         raise ConfigError(
-            f"transitions {folder}: policies in it differ in observations or actions; record"
-            " each scenario into a folder of its own"
+            f"transitions {folder}: its files differ in world, observations or actions; record each"
+            " scenario, with its settings and engine, into a folder of its own"
         )
     rows = [len(table) for table in tables]
     names = np.repeat(np.array([_policy_of(file) for file in files], object), rows)
@@ -97,44 +102,50 @@ def card_in(folder: str | Path, policy: str) -> PolicyCard:
     return _read_file(file)[1]
 
 
+def world_in(folder: str | Path, policy: str) -> dict[str, Any]:
+    """Return the world of the transitions of `policy`, as keywords of environments.
+
+    They are the engine and the settings that differ from the scenario. Errors as in `read`, and
+    ConfigError for a file of an early version, which does not hold them.
+    """
+    file, *_ = _files(Path(folder), policy)
+    world = _read_file(file)[2]
+    if world is None:
+        raise ConfigError(f"transitions {file}: do not hold their world; record them again")
+    keywords: dict[str, Any] = json.loads(world)
+    return keywords
+
+
 def _files(folder: Path, policy: str | None) -> list[Path]:
-    files: dict[tuple[Path, str], Path] = {}
-    for file in sorted(folder.glob(f"scenario=*/policy=*/*{TRANSITIONS}")):
-        episode = file.parent, file.name.rpartition("-")[2]
-        if policy not in (None, _policy_of(file)):
-            continue
-        if episode in files:
+    files = sorted(folder.glob(f"scenario=*/policy=*/*{TRANSITIONS}"))
+    files = [file for file in files if policy in (None, _policy_of(file))]
+    first: dict[Path, Path] = {}
+    for file in files:
+        other = first.setdefault(file.parent, file)
+        if file.name.partition("-")[0] != other.name.partition("-")[0]:
             raise ConfigError(
-                f"transitions {folder}: {files[episode].name} and {file.name} are one episode"
-                " with other parameters or another version of the code; remove one, or record"
-                " again into another folder"
+                f"transitions {folder}: {other.name} and {file.name} of '{_policy_of(file)}' differ"
+                " in settings, learners or version of the code; remove one kind, or record again"
+                " into another folder"
             )
-        files[episode] = file
     if not files:
         held = "none" if policy is None else f"none of policy '{policy}'"
         raise ConfigError(
             f"transitions {folder}: holds {held}; record some with swarm-forage dataset es1"
             f" {policy or 'ssgikf'} --out {folder}"
         )
-    return list(files.values())
+    return files
 
 
 def _policy_of(file: Path) -> str:
     return unquote(file.parent.name.partition("=")[2])
 
 
-def _read_file(file: Path) -> tuple[pa.Table, PolicyCard]:
-    """Read the transitions and the card of a file. ConfigError if it is damaged."""
-    try:
+def _read_file(file: Path) -> tuple[pa.Table, PolicyCard, str | None]:
+    """Read the transitions, the card and the world of a file. ConfigError if it is damaged."""
+    with reading(f"transitions {file}"):
         table = read_table(file.read_bytes())
-        return table, card_from(card_text(table), str(file))
-    except (DamagedFileError, OSError) as damage:
-        raise unread(f"transitions {file}", damage) from None
-
-
-def card_text(table: pa.Table) -> str:
-    """Return the card in a file's metadata, as JSON. DamagedFileError if there is none."""
-    return checked_text((table.schema.metadata or {}).get(CARD, b""))
+        return table, card_from(name_in(table, CARD) or "", str(file)), name_in(table, WORLD)
 
 
 def _array(column: pa.ChunkedArray) -> Array:
@@ -211,6 +222,12 @@ class Recording:
             controller = replace(controller.hand_written, name=controller.name_of_layers())
         return card_of(checked_parts(self.configuration.scenario, controller, self.keywords))
 
+    @property
+    def world(self) -> str:
+        """Keywords of environments that make the world, as JSON text: the engine and settings."""
+        config = self.configuration
+        return json.dumps({"physics": config.physics, **json.loads(config.overrides)})
+
     @cached_property
     def key(self) -> str:
         """Hash of everything but the seed that the transitions depend on."""
@@ -272,7 +289,10 @@ class Recording:
             np.full(last.size, seed, np.uint64),
         )  # fmt: skip
         table = pa.table(dict(zip(COLUMNS, columns, strict=True)))
-        return table.replace_schema_metadata({CARD: with_checksum(self.card.model_dump_json())})
+        metadata = {CARD: self.card.model_dump_json(), WORLD: self.world}
+        return table.replace_schema_metadata(
+            {key: with_checksum(text) for key, text in metadata.items()}
+        )
 
 
 class Transitions(Dataset):
@@ -292,7 +312,7 @@ class Transitions(Dataset):
         """Return the seeds of episodes that are not stored whole; set damaged files aside."""
 
         def check(table: pa.Table) -> bool:
-            written = tuple(table.column_names), table.num_rows, card_text(table)
+            written = tuple(table.column_names), table.num_rows, name_in(table, CARD)
             if written != (COLUMNS, recording.n_rows, recording.card.model_dump_json()):
                 raise DamagedFileError("not the transitions of an episode")
             return True

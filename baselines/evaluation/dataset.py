@@ -13,7 +13,8 @@ address that fsspec reads (s3://bucket/x, memory://x): an object, too, appears w
 
 import logging
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from functools import partial
 from itertools import chain
@@ -99,11 +100,16 @@ class DamagedFileError(Exception):
     """Damaged dataset file: it does not hold the episodes that its name states."""
 
 
-def unread(subject: str, reason: DamagedFileError | OSError) -> ConfigError:
-    """Return the error for a file that cannot be read or has the wrong content."""
-    if isinstance(reason, OSError):
-        return ConfigError(f"{subject}: cannot be read ({reason.strerror})")
-    return ConfigError(f"{subject}: {reason}; remove it and run the command that made it again")
+@contextmanager
+def reading(subject: str) -> Iterator[None]:
+    """Raise ConfigError for a file that cannot be read or has the wrong content."""
+    try:
+        yield
+    except OSError as error:
+        raise ConfigError(f"{subject}: cannot be read ({error.strerror})") from None
+    except DamagedFileError as damage:
+        again = "remove it and run the command that made it again"
+        raise ConfigError(f"{subject}: {damage}; {again}") from None
 
 
 class Dataset:
@@ -306,7 +312,7 @@ class RemoteDataset(Dataset):
         except Exception as error:  # each store has errors of its own
             why = " ".join(str(error).split()) or type(error).__name__
             raise ConfigError(
-                f"--out {self.name}: cannot be written ({why}); name another address"
+                f"--out {self.name}: cannot be written ({why}); name another address, or a folder"
             ) from None
 
     def read(self, file: Path) -> bytes:

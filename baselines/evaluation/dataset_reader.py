@@ -17,13 +17,12 @@ from baselines.evaluation.dataset import (
     IN_FOLDERS,
     LOGGER,
     TASK,
-    DamagedFileError,
     Row,
     episode_of,
     name_in,
     read_table,
+    reading,
     schema,
-    unread,
 )
 from baselines.evaluation.episode import AnyEpisode
 from baselines.evaluation.experiment_config import (
@@ -189,11 +188,9 @@ def _in_folder(file: Path, field: str) -> str:
 
 
 def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
-    try:
+    with reading(f"dataset file {file}"):
         table = read_table(file.read_bytes())
         name, task = name_in(table, ASKED), name_in(table, TASK)
-    except (DamagedFileError, OSError) as damage:
-        raise unread(f"dataset file {file}", damage) from None
     for kind in (TASKS[each].episode for each in ([task] if task else TASKS)):
         complete = _with_all_columns(table, kind)
         rows = complete.to_pylist() if complete.schema.equals(schema(kind)) else []

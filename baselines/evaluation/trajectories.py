@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, unread
+from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, reading
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
@@ -150,10 +150,8 @@ def find_trajectory(sources: Sequence[str], key: str, seed: int) -> Path | None:
 
 def read_trajectory(file: Path) -> pa.Table:
     """Read the table of a trajectory file and verify its checksums; ConfigError if damaged."""
-    try:
+    with reading(f"trajectory {file}"):
         return read_table(file.read_bytes())
-    except (DamagedFileError, OSError) as damage:
-        raise unread(f"trajectory {file}", damage) from None
 
 
 def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:

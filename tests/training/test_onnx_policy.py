@@ -123,11 +123,16 @@ class Network(torch.nn.Module):
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(tmp_path, space, given, acts):
+def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(
+    tmp_path, monkeypatch, space, given, acts
+):
     torch.jit.script(Network(given)).save(str(tmp_path / "p.pt"))
     form = SimpleNamespace(action_space=space, layout=[0] * 4)
     act = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form).act
+    threads = []
+    monkeypatch.setattr(torch, "set_num_threads", threads.append)
     assert act(np.zeros((2, 4), np.float32), None, None)[0].tolist() == acts
+    assert threads == [1, torch.get_num_threads()]
     with pytest.raises(
         ConfigError, match=r"observations of 2 robots and 3 features \(.*an odd number\); give"
     ) as no:
