@@ -133,7 +133,7 @@ def test_what_cannot_be_read_as_one_is_refused(record, tmp_path):
         read(folder)
     next(folder.glob("*/policy=nc/*")).unlink()
     record("gather", "--episodes=1", scenario="aggregation")
-    with pytest.raises(ConfigError, match="policies in it differ in observations or actions"):
+    with pytest.raises(ConfigError, match="its files differ in world, observations or actions"):
         read(folder)
     record("ssgikf", "--episodes=1", "--learners=1", "--seed=8")
     with pytest.raises(ConfigError, match="of 'ssgikf' differ in settings, learners or"):
