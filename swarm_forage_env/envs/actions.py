@@ -49,7 +49,7 @@ class ActionForm:
             own, by = kernels.share_of_command, config.residual
         n_symmetric = policy.n_weights if self._is_symmetric else 0
         no_choices = np.zeros((0, len(policy.action)), np.float32)
-        self.space: Box | Discrete[np.int64] = self.layout.box()
+        self.space: Box | Discrete = self.layout.box()
         self.conversion: Form = (
             no_choices, n_symmetric, -1 if own is None else policy.n_weights, by
         )  # fmt: skip

@@ -119,9 +119,7 @@ def repeated(box: Box, times: int) -> Box:
     return Box(np.tile(box.low, times), np.tile(box.high, times), dtype=np.float32)
 
 
-def joint_actions(
-    space: Box | Discrete[np.int64], n_learners: int
-) -> Box | Discrete[np.int64] | MultiDiscrete:
+def joint_actions(space: Box | Discrete, n_learners: int) -> Box | Discrete | MultiDiscrete:
     """Return the joint action space: a Box, or one choice for each learner."""
     if isinstance(space, Box):
         return repeated(space, n_learners)

@@ -38,6 +38,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         `max_episode_steps`, as passed by `gymnasium.make_vec`, limits episodes like a TimeLimit
         wrapper: the observation `time_left` does not depend on it. None or -1: no limit.
         """
+        self.closed = True  # Gymnasium < 1.3 closes a refused environment when it is deleted
         self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = checked_count("num_envs", num_envs)
         self._make(self.num_envs, options)
@@ -58,6 +59,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         self.single_action_space = self._joint_actions
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.closed = False
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, object] | None = None

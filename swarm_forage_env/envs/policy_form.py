@@ -64,7 +64,7 @@ class PolicyForm:
         self.layout: Layout = stacked(self.observed, config.stack)
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
-        self.action_space: Box | Discrete[np.int64] = self.action.space
+        self.action_space: Box | Discrete = self.action.space
 
     def _observed(self) -> tuple[Layout, Scaling]:
         has_layer, parts = added(self.config.observation, self.policy)
