@@ -9,8 +9,8 @@ Not in the papers, and chosen here:
   size: uniform; those of infrared and ground multiply the reading;
 - the error of the encoders, of which the TR tells nothing: that of ANTS 4.1, uniform and of one
   size for any speed of the wheel, none at rest;
-- a sender is heard up to the range whether or not the infrared sensors see it, which the TR has
-  detect "neighbors with whom the robots can communicate" (TR 5);
+- a sender is heard up to the range whether or not the infrared sensors see it, by which robots of
+  the TR detect those with which they can communicate (TR 5);
 - distances of the radio are those of the centres, and the frames that a reading averages are lost
   or heard together;
 - the brightness of the grey prey area, a half.
