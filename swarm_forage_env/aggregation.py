@@ -30,9 +30,7 @@ NO_SPOT = -1
 class AggregationMission(Mission):
     """Two black spots on a white floor, to the left and right of the centre."""
 
-    spot_distance: Positive = Field(
-        1.0, description="Distance between spot centres [m] (published)"
-    )
+    spot_distance: Positive = Field(1.0, description="Distance of the centres [m] (published)")
     spot_radius: Positive = Field(0.3, description="Radius of each spot [m] (published)")
 
 
@@ -147,7 +145,6 @@ SCENARIOS.register("aggregation", "robots gather on one of two black spots")(
 ORIGINS["aggregation"] = {
     **dict.fromkeys(("arena.length", "arena.width"), "Large enough for the polygon (derived)"),
     "arena.corners": "AutoMoDe, a dodecagon (published)",
-    "task.n_robots": "AutoMoDe (published)",
-    "task.duration": "Long enough to move between the spots (chosen)",
+    "task.n_robots": "AutoMoDe (published)", "task.duration": "For moves between spots (chosen)",
     "task.start_radius": "Covers nearly the whole arena (chosen)",
 }  # fmt: skip

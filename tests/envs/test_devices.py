@@ -14,7 +14,7 @@ GPU = {"device": "cuda", "physics": "kinematic"}
     ("options", "complaint"),
     [
         ({"device": "tpu"}, "device='tpu': must be 'cpu' or 'cuda'"),
-        ({"device": "cuda", "physics": "rigid"}, "engine rigid runs on a CPU only"),
+        ({"device": "cuda", "physics": "rigid"}, "rigid calls a library that runs on a CPU only"),
         ({**GPU, "observation": ["layer", Compass]}, "observation: Compass is written in NumPy"),
         ({**GPU, "reward": lambda before, after, events: events["trip"]}, "reward=.*CPU only"),
         ({**GPU, "scenario": "waypoints-05"}, "the task waypoints runs on a CPU only"),

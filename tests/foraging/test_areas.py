@@ -96,7 +96,10 @@ def test_what_is_nearest_is_told_by_kind():
         ([NEST_AREA], ["task.areas", "kind 'prey'"]),
         ([POOR, RICH], ["kind 'nest'"]),
         ([NEST_AREA, POOR, {**RICH, "centre": [0.7, 0.19]}], ["task.areas[2]", "task.areas[1]"]),
-        ([NEST_AREA, {**MOVING, "moves_to": [-0.6, 0.0]}], ["overlaps task.areas[0]", "moves to"]),
+        (
+            [NEST_AREA, {**MOVING, "moves_to": [-0.6, 0.0]}],
+            ["task.areas[0] before or after its move"],
+        ),
         ([NEST_AREA, {**POOR, "centre": [0.8, 0.0]}], ["task.areas[1]", "outside the arena"]),
         ([NEST_AREA, {**MOVING, "moves_to": [0.0, 0.55]}], ["(0, 0.55)", "outside the arena"]),
         ([NEST_AREA, {**POOR, "centre": [0.2, 0.1]}], ["task.areas[1]", "start circle"]),

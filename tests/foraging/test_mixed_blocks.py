@@ -105,7 +105,7 @@ WITH_A_RULE = replace(NC, weighting=SGIKFInNumPy())
 )
 def test_worlds_with_other_layers_are_refused(first, other, layer):
     Loop(find_scenario("es1"), [first, first], [0, 1]).step()
-    with pytest.raises(ConfigError, match=f"another {layer}"):
+    with pytest.raises(ConfigError, match=f"differ in their {layer}"):
         Loop(find_scenario("es1"), [first, other], [0, 1])
 
 

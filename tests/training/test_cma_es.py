@@ -183,7 +183,7 @@ def test_worlds_are_shared_out_among_workers_in_jobs_of_two_thousand_robots(
     jobs = jobs_of(rollouts(workers, device), n_networks, range(10, 10 + n_seeds))
     assert [len(job.seeds) for job in jobs] == sizes
     worlds = [
-        (job.controllers[k].weighting.numbers[0], job.seeds[k])
+        (job.controllers[k].weighting.weights[0], job.seeds[k])
         for job in jobs for k in range(len(job.seeds))
     ]  # fmt: skip
     assert worlds == [
@@ -201,7 +201,7 @@ def test_a_backend_runs_the_jobs_of_a_cpu_only(monkeypatch, device, by_backend):
     given = []
 
     def run_job(job):
-        firsts = [each.weighting.numbers[0] for each in job.controllers]
+        firsts = [each.weighting.weights[0] for each in job.controllers]
         return np.add(firsts, job.seeds)
 
     monkeypatch.setattr(candidate_rollouts, "run_job", run_job)

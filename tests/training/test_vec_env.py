@@ -93,7 +93,7 @@ def test_a_seed_fixes_the_sequence_of_episodes():
     env = make(seed=[7, 7])
     observed = env.reset()
     assert_array_equal(observed[:4], observed[4:])
-    with pytest.raises(ConfigError, match="must be 2, one for each world"):
+    with pytest.raises(ConfigError, match="must be 2 seeds, one for each world"):
         env.seed([1, 2, 3])
 
 
