@@ -269,8 +269,8 @@ def checked_text(content: bytes) -> str:
 def read_table(content: bytes) -> pa.Table:
     """The table in a file's content, its checksums verified; DamagedFileError if it is none."""
     try:
-        source = pa.BufferReader(content)  # threads abort a process that ends soon after
-        table = pq.read_table(source, page_checksum_verification=True, use_threads=False)
+        file = pq.ParquetFile(pa.BufferReader(content), page_checksum_verification=True)
+        table = file.read(use_threads=False)  # threads abort a process that ends soon after
         table.validate(full=True)
     except (pa.ArrowException, OSError, ValueError):
         raise DamagedFileError("not a readable Parquet file") from None

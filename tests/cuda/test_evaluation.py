@@ -119,6 +119,6 @@ def test_what_was_evaluated_on_the_grid_is_found_on_a_cpu_and_runs_in_large_bloc
 def test_what_runs_on_a_cpu_only_is_refused_before_anything_is_written(tmp_path):
     controller, task, observer, device = run(REFUSALS, tmp_path).splitlines()
     assert controller.startswith("--device='cuda': controller 'boids-adaptive' runs on a CPU only")
-    assert task == "--device='cuda': the task waypoints runs on a CPU only"
+    assert task == "--device='cuda': the task waypoints runs on a CPU only; use device='cpu'"
     assert observer == "device='cuda': an observer looks at every tick, on a CPU only"
     assert device == "device='gpu': must be 'cpu' or 'cuda'"

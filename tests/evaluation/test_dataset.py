@@ -2,6 +2,7 @@
 
 import logging
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.dataset import read_table, schema
+from baselines.evaluation.dataset import schema
 from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
@@ -19,6 +20,7 @@ from baselines.evaluation.runner import evaluate
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.scenario import Scenario
+from tests.scripts import run_python
 
 
 @pytest.fixture
@@ -34,11 +36,15 @@ def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episod
     assert file == dataset.folder / place, "where readers of Hive partitions look"
 
 
-def test_a_file_is_read_without_threads_which_abort_a_process_that_ends_soon(file, monkeypatch):
-    read, asked = pq.read_table, []
-    monkeypatch.setattr(pq, "read_table", lambda *a, **options: asked.append(options) or read(*a))
-    read_table(file.read_bytes())
-    assert asked[0]["use_threads"] is False
+@pytest.mark.skipif(sys.platform != "linux", reason="counts the threads of Linux")
+def test_a_file_is_read_without_threads_which_abort_a_process_that_ends_soon(file):
+    code = (
+        "import os, sys, pathlib\n"
+        "from baselines.evaluation.dataset import read_table\n"
+        "content, before = pathlib.Path(sys.argv[1]).read_bytes(), os.listdir('/proc/self/task')\n"
+        "print(read_table(content).num_rows, os.listdir('/proc/self/task') == before)"
+    )
+    assert run_python("-c", code, file) == "1 True"
 
 
 @pytest.fixture
