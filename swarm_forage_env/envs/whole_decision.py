@@ -149,7 +149,7 @@ class WholeDecision(Decisions):
     def __call__(
         self, actions: PlacedArray, n_ticks: int, length: int, out: tuple[PlacedArray, ...]
     ) -> None:
-        """Launch one decision; if `length` is not 0, reset ended worlds to episodes of that length."""
+        """Launch a decision; if `length` > 0, reset ended worlds to episodes of that length."""
         worlds, acting = self._worlds, self._action_arrays(actions)
         observing, clock = self.observing.arguments, self._clock
         schedule = n_ticks, 2 if length else 1, length, worlds.layers.noise
