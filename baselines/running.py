@@ -38,7 +38,6 @@ from swarm_forage_env.interface import (
 )
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.raw_control import set_no_stream
 from swarm_forage_env.record import Rows, copied_rows, offset_of, record_dtype
 from swarm_forage_env.task import World, task_of
 from swarm_forage_env.templates import is_row_template, parts_of
@@ -76,7 +75,7 @@ class CompositionGroup:
             "steer": motion.steer,
             "observe_world": running.estimator.observe,
             "decide_world": task_of(world.scenario).decide,
-            "set_stream": set_stream if "stream" in motion.memory.fields else set_no_stream,
+            "set_stream": set_stream if "stream" in motion.memory.fields else nothing,
         }
         self._check_names(*running.estimator.kernels, *motion.kernels)
         self.steer: MotionRule | None = None  # the motion, if written in NumPy

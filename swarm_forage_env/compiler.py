@@ -27,12 +27,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.fingerprint import plain as plain
-from swarm_forage_env.gpu_kernels import (
-    GPU_OPTIONS,
-    PreparedKernel,
-    as_on_cpu,
-    compiled_for_gpu,
-)
+from swarm_forage_env.gpu_kernels import GPU_OPTIONS, PreparedKernel, as_on_cpu, compiled_for_gpu
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, warn_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
@@ -144,10 +139,7 @@ class GridKernel(Protocol):
 
 
 def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKernel:
-    """Compile a template as `bind` does, for a GPU, whose threads are the lanes of its worlds.
-
-    ConfigError if numba-cuda is missing.
-    """
+    """Compile a template as `bind` does, for the lanes of a GPU; ConfigError without numba-cuda."""
     bound = _bound_grid(template, parts_of(template, {**_lanes_on_gpu(), **functions}))
     kernel: GridKernel = bound if is_simulated() else PreparedKernel(bound)
     return kernel
@@ -158,8 +150,11 @@ def _bound_grid(template: Function, parts: Bindings) -> Any:  # noqa: ANN401 num
     function = with_parts(template, parts, _bound_row)
     if is_simulated():
         return gpu().jit(_on_records(function))
+    from numba.cuda.dispatcher import CUDACache, CUDACacheImpl
+
     compiled = gpu().jit(function, **GPU_OPTIONS)
-    compiled._cache = _LateCache(function, _cache_of_gpu)
+    # the key of this cache also holds the versions of numba-cuda and CUDA, and the GPU
+    compiled._cache = _LateCache(function, _checked(CUDACache, CUDACacheImpl))
     compiled.compile = compiled_for_gpu()(compiled.compile)
     return compiled
 
@@ -192,8 +187,8 @@ def _compiled(function: FunctionT) -> FunctionT:
     if config.DISABLE_JIT:
         return _on_records(function)
     compiled = lean(function, OPTIONS)
-    late = _LateCache(function, _cache_of_cpu)
-    cast(Dispatcher, compiled)._cache = late  # type: ignore[attr-defined]
+    make = _checked(caching.FunctionCache, caching.CompileResultCacheImpl)
+    cast(Dispatcher, compiled)._cache = _LateCache(function, make)  # type: ignore[attr-defined]
     return compiled
 
 
@@ -278,17 +273,6 @@ def _checked(usual: Any, usual_files: Any) -> Any:  # noqa: ANN401 numba's
                 warn_once(f"{cache_folder()} cannot be written ({error.strerror})")
 
     return Cache
-
-
-def _cache_of_cpu(function: Function) -> Any:  # noqa: ANN401 numba's
-    return _checked(caching.FunctionCache, caching.CompileResultCacheImpl)(function)
-
-
-def _cache_of_gpu(function: Function) -> Any:  # noqa: ANN401 numba's
-    """Return numba-cuda's cache; its key holds the versions of numba-cuda and CUDA, and the GPU."""
-    from numba.cuda.dispatcher import CUDACache, CUDACacheImpl
-
-    return _checked(CUDACache, CUDACacheImpl)(function)
 
 
 class _LateCache:

@@ -85,10 +85,7 @@ class DeviceLoop:
         return run
 
     def run(self, n_ticks: int, modes: PlacedArray | None = None) -> None:
-        """Run some ticks of every world in one launch; nothing is copied back.
-
-        `modes` is the mode of each world, int8: SKIP, RUN or START; by default all run.
-        """
+        """Run ticks of all worlds in one launch; `modes`, int8, are SKIP, RUN (default), START."""
         self._launch(self._run, n_ticks, self._modes if modes is None else modes)
 
     def step(self, modes: PlacedArray | None = None) -> None:
@@ -142,9 +139,8 @@ class DeviceLoop:
         at, kind = self.arrays, self.layers.arrays[0].dtype
         minds = np.dtype([("estimator", kind)]) if self.layers.has_beliefs else kind
         spans = spans_of(layout, {"robots": self.world.robots.dtype, "minds": minds})
-        words = [at[name].view(np.float32) for name in ("robots", "minds")]
-        robots, minds = words
-        return robots, minds, robots, self.memory.to_device(spans), self.world.n_robots
+        robots, words = (at[name].view(np.float32) for name in ("robots", "minds"))
+        return robots, words, robots, self.memory.to_device(spans), self.world.n_robots
 
     def upload(self, worlds: Sequence[int], names: Sequence[str] | None = None) -> None:
         """Copy the records of these worlds to the GPU, or only the arrays of these names."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.interface import Kernel, RunningController
@@ -38,7 +37,6 @@ class GlobalState(ABC):
         features = [replace(f, name=f"{agent}.{f.name}") for agent in agents for f in own]
         share = Feature("share_gone", "of the episode", 0.0, 1.0)
         self.layout = Layout([*features, *self.world_features(), share])
-        self.space: Box = self.layout.box()
 
     def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
         """Return one row for each world, in the order of `layout`."""

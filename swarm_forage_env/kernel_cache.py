@@ -31,10 +31,7 @@ def cache_folder() -> Path:
 
 
 def is_trusted(folder: Path) -> bool:
-    """Return whether only the user and root may write to a folder; true if it is missing.
-
-    If others may, a message is printed once.
-    """
+    """Return whether only the user and root may write to a folder, or it is missing; else warn."""
     with suppress(OSError):
         status = folder.stat()
         if hasattr(os, "geteuid") and (

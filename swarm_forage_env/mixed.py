@@ -96,17 +96,19 @@ def build(
     seeds: Sequence[int],
     controllers: Sequence[Controller],
 ) -> RunningController:
-    """Start the controllers of a block of worlds, one for each world.
-
-    ConfigError for controllers that do not support these worlds, or not each other.
-    """
+    """Start the controllers of a block; ConfigError if they do not fit its worlds or each other."""
     pairs = zip(controllers, world.scenarios, strict=True)
     different = {(id(own), id(scenario)): (own, scenario) for own, scenario in pairs}.values()
     for own, scenario in different:
         own.check_supports(scenario)
     members_of_controller = {id(own): members_of(own, world.n_robots) for own in controllers}
     members = {id(each): each for row in members_of_controller.values() for each in row}
-    under = {key: _under(each, world.scenario) for key, each in members.items()}
+    under = {
+        key: each.under(world.scenario)
+        if isinstance(each, PolicyOverLayers)
+        else cast(TeamController, each)
+        for key, each in members.items()
+    }
     rows = {key: [under[id(each)] for each in row] for key, row in members_of_controller.items()}
     teams = _teams(rows[id(controllers[0])], world.scenario)
     for own, scenario in different:
@@ -118,7 +120,11 @@ def build(
             )
     running: list[RunningController] = []
     for team in teams:
-        only = {key: _only(row, team) for key, row in rows.items()}
+        robots_of_team = set(team)
+        only = {
+            key: [each if robot in robots_of_team else None for robot, each in enumerate(row)]
+            for key, row in rows.items()
+        }
         leader = rows[id(controllers[0])][team[0]]
         running.append(leader.build_team(world, seeds, [only[id(own)] for own in controllers]))
     together = running[0]
@@ -127,13 +133,6 @@ def build(
     for policy, robots in _policies([*members_of_controller.values()]):
         together = policy.over(world, together, robots)
     return together
-
-
-def _under(controller: Controller, scenario: BaseScenario) -> TeamController:
-    """Return the controller below a policy, or the controller itself."""
-    if isinstance(controller, PolicyOverLayers):
-        return controller.under(scenario)
-    return cast(TeamController, controller)
 
 
 def _policies(rows: Sequence[Sequence[Controller]]) -> list[tuple[PolicyOverLayers, Team]]:
@@ -168,12 +167,6 @@ def _teams(members: Sequence[TeamController], scenario: BaseScenario) -> list[Te
             known[id(controller)] = languages.index(language)
         teams[known[id(controller)]].append(robot)
     return teams
-
-
-def _only(row: Sequence[TeamController], team: Team) -> list[TeamController | None]:
-    """Return the controllers of a team, with None for all other robots."""
-    members = set(team)
-    return [each if robot in members else None for robot, each in enumerate(row)]
 
 
 class RunningTeams:

@@ -48,12 +48,8 @@ class Randomisation:
                 )
             _check_is_free(name, known[name], scenario.fixed)
             self.ranges[name] = _pair(name, pair, known[name])
-        for corner in _corners(self.ranges):
-            self._at(corner)
-
-    def extremes(self) -> list[BaseScenario]:
-        """Return the scenario itself, and with the parameters at the corners of the ranges."""
-        return [self.scenario, *(self._at(corner) for corner in _corners(self.ranges))]
+        self.extremes = [scenario, *map(self._at, _corners(self.ranges))]
+        """The scenario itself, and with the parameters at the corners of the ranges."""
 
     def draw(self, seed: int) -> tuple[BaseScenario, dict[str, Number]]:
         """Return the scenario of the episode with this seed, and the values drawn for it.

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_falsifying
 from swarm_forage_env.observed_fields import Sizes
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import Arrays, Errors
+from swarm_forage_env.ticks import Arrays, Errors, nothing
 
 lane: Kernel
 lanes: Kernel
@@ -32,11 +31,6 @@ def apply_actions(
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:
             apply_action(robots[w, i], minds[w, i])
-
-
-@kernel
-def set_no_stream(memory: NoMemory, word: np.uint64) -> None:
-    """Do nothing: a motion without noise has no stream."""
 
 
 class Membership(Record):
@@ -135,7 +129,7 @@ class RunningPolicy:
             "hear_words": self._policy.hear_words,
             "decide_world": apply_actions,
             "observe_world": hear_world,
-            "set_stream": set_no_stream,
+            "set_stream": nothing,
         }
         firsts = self._messages((1,)), NoMemory.array((1,))
         arrays = self.minds, *self._nothing

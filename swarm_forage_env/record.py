@@ -92,7 +92,13 @@ class Record:
     @classmethod
     def dtype(cls, **sizes: int) -> RecordType:
         """Return the structured dtype; `sizes` gives the sizes of named axes, as in slots=4."""
-        columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
+        columns: list[tuple[Any, ...]] = []
+        for name, each in cls.fields.items():
+            kind = each.kind
+            if isinstance(kind, type) and issubclass(kind, Record):
+                kind = kind.dtype(**sizes)
+            shape = (sizes[axis] if isinstance(axis, str) else axis for axis in each.shape)
+            columns.append((name, kind, tuple(shape)))
         return _the_one(np.dtype(columns, align=True))
 
     @classmethod
@@ -131,15 +137,6 @@ def _first_bytes(kind: type[Record], dtype: RecordType) -> Array | None:
     first = np.zeros(1, dtype)
     kind._restart_fields(first)
     return first.view(np.dtype((np.void, dtype.itemsize)))
-
-
-def _column(
-    each: Field, sizes: Mapping[str, int]
-) -> tuple[type[np.generic] | RecordType, tuple[int, ...]]:
-    shape = tuple(sizes[axis] if isinstance(axis, str) else axis for axis in each.shape)
-    if isinstance(each.kind, type) and issubclass(each.kind, Record):
-        return each.kind.dtype(**sizes), shape
-    return each.kind, shape
 
 
 def record_dtype(columns: Sequence[tuple[str, DTypeLike]]) -> RecordType:

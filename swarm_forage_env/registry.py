@@ -72,7 +72,16 @@ class Registry(Generic[PartT]):
         for load in (self._load_built_in, load_plugins):
             if name not in self._parts:
                 load()
-        return self._parts[name] if name in self._parts else self._otherwise_named(name)
+        if name in self._parts:
+            return self._parts[name]
+        if name in self._new_names:
+            new = self._new_names[name]
+            message = f"{self.kind} '{name}' is now '{new}'; the next release removes the old name"
+            warnings.warn(message, RenamedWarning, stacklevel=1)
+            return self[new]
+        if self._compose is not None and JOINT in name:
+            return self._compose(name, [each.strip() for each in name.split(JOINT)])
+        raise UnknownNameError(self.kind, name, self._parts, left_out())
 
     def __contains__(self, name: object) -> bool:
         if name in self._parts or name in set(self) or name in self._new_names:
@@ -103,17 +112,6 @@ class Registry(Generic[PartT]):
     def _load_built_in(self) -> None:
         for module in self._modules:
             importlib.import_module(module)
-
-    def _otherwise_named(self, name: str) -> PartT:
-        """Return the part of an old name, or a composition; UnknownNameError if it is neither."""
-        if name in self._new_names:
-            new = self._new_names[name]
-            message = f"{self.kind} '{name}' is now '{new}'; the next release removes the old name"
-            warnings.warn(message, RenamedWarning, stacklevel=1)
-            return self[new]
-        if self._compose is not None and JOINT in name:
-            return self._compose(name, [each.strip() for each in name.split(JOINT)])
-        raise UnknownNameError(self.kind, name, self._parts, left_out())
 
 
 CONTROLLERS: Registry[Any] = Registry("controller")

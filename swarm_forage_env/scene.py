@@ -1,7 +1,4 @@
-"""Data for drawing one world: a static stage, and a scene for each tick.
-
-Plain arrays in the world frame; no drawing library is needed to create or to read them.
-"""
+"""Data for drawing one world, without a drawing library: a stage, and a scene for each tick."""
 
 import math
 from dataclasses import dataclass, field

@@ -1,7 +1,4 @@
-"""The environment in the layout of PettingZoo's modules: `env`, `parallel_env`, `raw_env`.
-
-`ManualPolicy` drives a robot with the arrow keys.
-"""
+"""The environment as PettingZoo's modules: `env`, `parallel_env`, `raw_env`, `ManualPolicy`."""
 
 from swarm_forage_env.envs.manual_policy import ManualPolicy
 from swarm_forage_env.envs.pettingzoo_env import env, parallel_env, raw_env

@@ -146,7 +146,9 @@ def compiled_for(target: Target, text: str) -> bytes:
     machine = llvm.Target.from_triple(target.triple).create_target_machine(
         cpu=target.cpu, features=target.features, opt=2, reloc=target.reloc, codemodel="default"
     )
-    module = llvm.parse_assembly(_without_host(text))
+    for pattern, instead in _HOST_PATTERNS.items():
+        text = re.sub(pattern, instead, text, flags=re.MULTILINE)
+    module = llvm.parse_assembly(text)
     module.triple, module.data_layout = target.triple, str(machine.target_data)
     for each in (*module.functions, *module.global_variables):
         if not each.is_declaration and each.name != ENTRY:
@@ -174,9 +176,3 @@ def linked_for_web(text: str) -> bytes:
         command = (sys.executable, "-m", "ziglang", "wasm-ld", *options, files[0], "-o", files[1])
         subprocess.run(command, check=True)
         return files[1].read_bytes()
-
-
-def _without_host(text: str) -> str:
-    for pattern, instead in _HOST_PATTERNS.items():
-        text = re.sub(pattern, instead, text, flags=re.MULTILINE)
-    return text

@@ -6,7 +6,7 @@ Worlds are independent of each other, so that several ticks run in one compiled 
 world, or in one GPU launch, in which a block of threads runs whole worlds.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import reduce
 from typing import Any
 
@@ -182,17 +182,14 @@ def joined(layers: Sequence[CompiledLayers]) -> CompiledLayers:
     return reduce(_both, layers)
 
 
-def _bound(function: Kernel, functions: Mapping[str, Kernel]) -> Kernel:
-    """Bind a row template to its functions; return any other function unchanged."""
-    return bind_row(function, functions) if is_row_template(function) else function
-
-
 def _both(before: CompiledLayers, after: CompiledLayers) -> CompiledLayers:
     functions = {}
     for stage, template in (("decide", decide_both), ("observe", observe_both)):
-        each = {
-            f"{stage}_{order}": _bound(layers.functions[f"{stage}_world"], layers.functions)
-            for order, layers in (("before", before), ("after", after))
-        }
+        each = {}
+        for order, layers in (("before", before), ("after", after)):
+            own = layers.functions[f"{stage}_world"]
+            each[f"{stage}_{order}"] = own
+            if is_row_template(own):
+                each[f"{stage}_{order}"] = bind_row(own, layers.functions)
         functions[f"{stage}_world"] = bind_row(template, each)
     return CompiledLayers(functions, (before.arrays, after.arrays))

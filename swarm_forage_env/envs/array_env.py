@@ -123,9 +123,8 @@ class ArrayEnv:
         if device == "cuda":
             _check_on_gpu(config, form)
         randomisation = Randomisation(form.scenario, config.randomise)
-        scenarios = randomisation.extremes()
         if randomisation.ranges:
-            form = PolicyForm(scenarios, config)
+            form = PolicyForm(randomisation.extremes, config)
         self.policy, self.max_cycles, self.agents = form.policy, form.max_cycles, form.agents
         self._controller_name = name_and_changes(parts.controller)
         made_of = parts.controller, range(self.n_worlds), config.physics, config.threads
@@ -142,7 +141,7 @@ class ArrayEnv:
         self._worlds: Worlds = placed(self.loop, device)
         self.episodes = Episodes(self._worlds, randomisation, form.check_bounds)
         self._prepare(form)
-        self._describe_state(scenarios)
+        self._describe_state(randomisation.extremes)
         self.card = made_with(form, parts.controller)
         setattr(self.observation_space, ON_SPACE, self.card)
 
@@ -256,8 +255,10 @@ class ArrayEnv:
 
     def count_step(self) -> Bool[Array, " worlds"]:
         """Count a step on the CPU, as `launch` does on the GPU; return where episodes end."""
+        assert self._whole_decision is not None
         self.episodes.check_running()
-        self._count_at_once()
+        self._whole_decision.upload_counts()
+        self._count()
         return self.episodes.follow_on(self.max_cycles)
 
     def launch(self, actions: PlacedArray, outputs: tuple[PlacedArray, ...]) -> None:
@@ -277,11 +278,6 @@ class ArrayEnv:
         """Wait for the GPU, and raise errors since the last check, such as a refused action."""
         self._worlds.check()
 
-    def _count_at_once(self) -> None:
-        assert self._whole_decision is not None
-        self._whole_decision.upload_counts()
-        self._count()
-
     def _count(self) -> None:
         self.episodes.steps += 1
         self._ticks += self.config.period * self.n_worlds
@@ -289,7 +285,8 @@ class ArrayEnv:
     def _decided(self, actions: PlacedArray) -> Step:
         if self._whole_decision is not None:
             rewards, _, observed, over = outputs = self.output_arrays()
-            self._count_at_once()
+            self._whole_decision.upload_counts()
+            self._count()
             self._whole_decision(actions, self.config.period, 0, outputs)
             never = self.memory.lend(self._terminated)
             return observed[0], rewards[1], never, over, self._infos(rewards[0])

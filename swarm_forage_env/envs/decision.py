@@ -1,6 +1,6 @@
 """Decisions of learners: from actions to layer inputs, and back to observations and rewards."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -11,11 +11,7 @@ from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.decision_kernels import Terms
 from swarm_forage_env.envs.episodes import Episodes
-from swarm_forage_env.envs.extra_observations import (
-    Observation,
-    ObservationContext,
-    RowObservation,
-)
+from swarm_forage_env.envs.extra_observations import Observation, ObservationContext, RowObservation
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
@@ -174,19 +170,18 @@ class Decisions:
         self._conversion = memory.to_device(table), *rest
         self._fields = worlds.fields(form.policy.action)
         space, phi = form.action.space, form.task.potential
-        self._limits: Any = 0
+        self._limits: Any = (
+            (memory.to_device(space.low), memory.to_device(space.high))
+            if isinstance(space, Box)
+            else len(form.action.choices)
+        )
         """Bounds of a continuous action, or the number of choices of a discrete one."""
-        if isinstance(space, Box):
-            self._limits = memory.to_device(space.low), memory.to_device(space.high)
-        else:
-            self._limits = len(form.action.choices)
-        is_shaped = config.shaping > 0.0 and phi is not None
         self._functions: dict[str, Kernel] = {
             **form.action.functions,
             "check_actions": kernels.check_choices
             if form.action.is_discrete
             else kernels.check_numbers,
-            "potential": phi.of if is_shaped and phi else kernels.no_potential,
+            "potential": phi.of if phi and config.shaping > 0.0 else kernels.no_potential,
         }
         self._act = worlds.kernel(kernels.act, self._functions)
         self._settle = worlds.kernel(kernels.settle, self._functions)
@@ -234,7 +229,9 @@ class Decisions:
 
     def check_fits(self, snapshot: Snapshot) -> None:
         """Raise ConfigError if a snapshot is from an environment with other options."""
-        if [*_shapes(snapshot)] != [*_shapes(self.snapshot())]:
+        (raw, frames), (own_raw, own_frames) = snapshot, self.snapshot()
+        there, here = (raw, *frames), (own_raw, *own_frames)
+        if [each.shape for each in there] != [each.shape for each in here]:
             raise ConfigError("restore(): the snapshot is of an environment with other options")
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -242,11 +239,6 @@ class Decisions:
         raw, frames = snapshot
         self._worlds.memory.write(self.raw, raw)
         self.observing.restore(frames)
-
-
-def _shapes(snapshot: Snapshot) -> Iterator[tuple[int, ...]]:
-    raw, frames = snapshot
-    return (each.shape for each in (raw, *frames))
 
 
 CHECK_INTERVAL = 16

@@ -227,10 +227,7 @@ def stop_at_exchanges(  # noqa: PLR0913 inputs and outputs
     ticks: Int64[Array, " worlds"],
     span: Span,
 ) -> None:
-    """Stop the worlds whose episode is over, or in which a learner has just ended an exchange.
-
-    The elapsed ticks of each world are written to `ticks`.
-    """
+    """Count ticks; stop worlds that are over, or in which a learner has just ended an exchange."""
     for w in range(first_world(span[0]), min(end_world(span[1]), span[1])):
         n_learners = learners.shape[0] if modes[w] == RUN else 0
         for learner in range(lane(), n_learners, lanes()):
@@ -308,10 +305,7 @@ def update_frames(
     mode: int,
     out: Float32[Array, " all"],
 ) -> None:
-    """Write the stacked observations of a learner, the oldest first.
-
-    RUN appends the observation; START fills the whole stack with it.
-    """
+    """Write a learner's stacked observations, oldest first: RUN appends one, START fills all."""
     n_frames, n = stack.shape
     for frame in range(n_frames):
         for k in range(n):

@@ -124,7 +124,13 @@ class Episodes:
         chosen = chosen_worlds(worlds, len(self.ends))
         seeds = checked_seeds(seed, len(chosen))
         base = self.scenario_under(options)
-        self._restart(self._drawn_where_none(seeds, chosen), chosen, base)
+        own, usual = self._drawn_where_none(seeds, chosen).tolist(), self._randomisation
+        drawn = usual if base is self._scenario else Randomisation(base, usual.ranges)
+        scenarios, numbers = zip(*map(drawn.draw, own), strict=True) if own else ((), ())
+        before = tuple(self._loop.world.scenarios[world] for world in chosen)
+        self._loop.reset(own, chosen.tolist(), None if scenarios == before else scenarios)
+        for name, values in self.drawn.items():
+            values[chosen] = [each[name] for each in numbers]
         self.steps[chosen], self.ends[chosen] = 0, n_steps
         self._is_other[chosen], self.needs_upload = base is not self._scenario, True
         self.is_interrupted[chosen] = True  # until it is observed
@@ -185,24 +191,6 @@ class Episodes:
         if numbers:
             self._check_bounds(scenario)
         return scenario
-
-    def _restart(
-        self,
-        seeds: UInt64[Array, " chosen"],
-        chosen: Int64[Array, " chosen"],
-        base: BaseScenario,
-    ) -> None:
-        usual = self._randomisation
-        drawn = usual if base is self._scenario else Randomisation(base, usual.ranges)
-        episodes = [drawn.draw(seed) for seed in seeds.tolist()]
-        scenarios = [scenario for scenario, _ in episodes]
-        before = [self._loop.world.scenarios[world] for world in chosen]
-        self._loop.reset(
-            seeds.tolist(), chosen.tolist(), None if scenarios == before else scenarios
-        )
-        for world, (_, numbers) in zip(chosen, episodes, strict=True):
-            for name, number in numbers.items():
-                self.drawn[name][world] = number
 
     def _start(self, seeds: UInt64[Array, " chosen"], chosen: Int64[Array, " chosen"]) -> None:
         self._roots[chosen], self.needs_upload = seeds, True

@@ -1,7 +1,4 @@
-"""Additional observations: the protocol of user-defined ones, and those with a name.
-
-`write_additions` writes the named ones, for one robot, on a CPU or a GPU.
-"""
+"""Additional observations: the protocol of user-defined ones, and those with a name."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -13,8 +13,6 @@ from swarm_forage_env.envs.gymnasium_env import METADATA, JointWorlds
 from swarm_forage_env.envs.keywords import SingleEnvOptions
 from swarm_forage_env.errors import ConfigError, checked_count
 
-VECTOR_METADATA: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
-
 
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     """Worlds in parallel, equal to single environments step by step and bit for bit.
@@ -23,7 +21,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     differ, as with `step_on="exchange"`, `autoreset_mode` must be DISABLED.
     """
 
-    metadata: dict[str, object] = VECTOR_METADATA
+    metadata: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
     __repr__ = JointWorlds.__repr__
 
     def __init__(
@@ -97,7 +95,9 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         observations, rewards, _ = self._advance(actions)
         infos, truncated = self._infos(), self._over
         if self._mode is AutoresetMode.SAME_STEP and truncated.any():
-            last = {"final_obs": _unbatched(observations), "final_info": infos}
+            final = np.empty(self.num_envs, object)
+            final[:] = list(observations)
+            last = {"final_obs": final, "final_info": infos}
             observations, infos = self.reset()
             infos |= self._masked(last)
         return observations, self._joint(rewards), never, truncated, infos
@@ -166,12 +166,6 @@ class JointVectorEnv(_SwarmVectorEnv):
     >>> JointVectorEnv(num_envs=3, scenario="near").action_space.shape
     (3, 10)
     """
-
-
-def _unbatched(observations: Float32[Array, "worlds numbers"]) -> Array:
-    each = np.empty(len(observations), object)
-    each[:] = list(observations)
-    return each
 
 
 def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:

@@ -47,7 +47,11 @@ def checked_parts(
     controllers = find_controllers(controller, chosen)
     _check_keywords(config, task_of(chosen))
     form = PolicyForm([chosen], config)
-    _check_shaping(config.shaping, chosen, form.task)
+    most, why = 0.0, f"the task {form.task.name} has no potential"
+    if form.task.potential is not None:
+        most, why = form.task.potential.max_shaping(chosen)
+    if config.shaping > most:
+        raise ConfigError(f"shaping={config.shaping:g}: {why}; must be at most {most:g}")
     learners = chosen_robots(config.learners, form.agents)
     if config.learn == "everything":
         controllers = _beside_everything(controllers, controller is not None, form, learners)
@@ -78,14 +82,6 @@ def _check_keywords(config: EnvConfig, task: Task) -> None:
         raise ConfigError("step_on='exchange': excludes decision_period; leave that out")
     if not isinstance(config.reward, str):
         raise ConfigError("step_on='exchange': needs reward='own' or 'team'")
-
-
-def _check_shaping(weight: float, scenario: BaseScenario, task: Task) -> None:
-    most, why = 0.0, f"the task {task.name} has no potential"
-    if task.potential is not None:
-        most, why = task.potential.max_shaping(scenario)
-    if weight > most:
-        raise ConfigError(f"shaping={weight:g}: {why}; must be at most {most:g}")
 
 
 def _beside_everything(

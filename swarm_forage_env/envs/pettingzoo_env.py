@@ -31,15 +31,6 @@ Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
 
 
-METADATA: dict[str, object] = {
-    "name": "swarm_forage_v2",
-    "render_modes": list(RENDER_MODES),
-    "is_parallelizable": True,
-    "render_fps": 10,
-}
-"""Metadata of the class; an instance lists the render modes of its scenario."""
-
-
 class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
     """The PettingZoo environment: foraging e-pucks, or robots that visit waypoints.
 
@@ -70,7 +61,13 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         **options: The fields of `EnvConfig`, and parameters of the scenario.
     """
 
-    metadata: dict[str, object] = METADATA
+    metadata: dict[str, object] = {  # noqa: RUF012 as in PettingZoo
+        "name": "swarm_forage_v2",
+        "render_modes": list(RENDER_MODES),
+        "is_parallelizable": True,
+        "render_fps": 10,
+    }
+    """Metadata; an instance lists the render modes of its scenario."""
 
     def __init__(
         self,

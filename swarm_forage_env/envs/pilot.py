@@ -110,10 +110,7 @@ READ_ONLY_ARRAYS = (
 def pilot_and_layers(
     controller: Controller, scenario: BaseScenario
 ) -> tuple[Pilot | None, Controller]:
-    """Return the compiled policy of a controller, or None, and the controller of other layers.
-
-    Raises ConfigError for a policy that Python must call.
-    """
+    """Return the compiled policy or None, and the controller below; ConfigError if not compiled."""
     if not isinstance(controller, PolicyOverLayers):
         return None, controller
     return controller.pilot(scenario), controller.under(scenario)

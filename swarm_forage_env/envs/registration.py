@@ -51,12 +51,11 @@ def register_with_pettingzoo() -> None:
         from pettingzoo import register
     except ImportError:
         return
-    for version in VERSIONS:
-        for scenario in NAMES:
-            kwargs = {"scenario": scenario, **keywords_of(version, scenario)}
-            for kind, entry in (("aec", "env"), ("parallel", "parallel_env")):
-                name = f"swarm_forage/{scenario}-v{version}"
-                register(kind, name, f"{ENVS}.pettingzoo_env:{entry}", kwargs=kwargs)
+    for version, scenario in product(VERSIONS, NAMES):
+        kwargs = {"scenario": scenario, **keywords_of(version, scenario)}
+        for kind, entry in (("aec", "env"), ("parallel", "parallel_env")):
+            name = f"swarm_forage/{scenario}-v{version}"
+            register(kind, name, f"{ENVS}.pettingzoo_env:{entry}", kwargs=kwargs)
 
 
 def keywords_of(version: int, scenario: str) -> dict[str, Any]:

@@ -8,17 +8,12 @@ from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.rendering.viewer import Viewer, installed_modes
-from swarm_forage_env.task import World, stage_of, task_of
+from swarm_forage_env.task import World, stage_of
 
 if TYPE_CHECKING:
     from swarm_forage_env.rendering.window import Window
 
 Frame = UInt8[Array, "height width 3"]
-
-
-def render_modes(scenario: BaseScenario) -> list[str]:
-    """Return the installed render modes; none for a task that cannot be drawn."""
-    return installed_modes() if task_of(scenario).scene is not None else []
 
 
 class EnvRenderer:
@@ -49,10 +44,7 @@ class EnvRenderer:
         EnvRenderer.__init__(self, *state)
 
     def draw(self) -> list[Frame | str | None]:
-        """Return the current frame or text map of each world, or None if a window shows it.
-
-        Raises ConfigError if no render mode was given or a window finds no display.
-        """
+        """Return the current frame or text map of each world, or None if a window shows it."""
         if self._mode is None:
             raise ConfigError(
                 "render(): set render_mode='human', 'rgb_array' or 'ansi' when the environment"
@@ -85,7 +77,8 @@ class ShownEnv:
     def _show(self, env: ArrayEnv, render_mode: str | None) -> None:
         self.array_env, self.render_mode = env, render_mode
         self._screen = EnvRenderer(env, render_mode)
-        self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
+        modes = [] if env.task.scene is None else installed_modes()
+        self.metadata = {**self.metadata, "render_modes": modes}
         self.max_cycles = env.max_cycles
         self.observation_layout, self.action_layout = env.observation_layout, env.action_layout
 

@@ -56,12 +56,7 @@ the resets; and whether each episode is over."""
 
 @row_template
 def begin_episode(
-    tick_arrays: TickArrays,
-    clock: Clock,
-    starts: Arrays,
-    schedule: Schedule,
-    w: int,
-    n_robots: int,
+    tick_arrays: TickArrays, clock: Clock, starts: Arrays, schedule: Schedule, w: int, n_robots: int
 ) -> None:
     """Begin the next episode of a world, from the next seed of its stream."""
     steps, ends, streams = clock
@@ -154,10 +149,7 @@ class WholeDecision(Decisions):
     def __call__(
         self, actions: PlacedArray, n_ticks: int, length: int, out: tuple[PlacedArray, ...]
     ) -> None:
-        """Launch one decision; if `length` is not 0, reset ended worlds to episodes of that length.
-
-        This is a single launch on fixed arrays, which a CUDA graph can repeat.
-        """
+        """Launch a decision; if `length` > 0, reset ended worlds to episodes of that length."""
         worlds, acting = self._worlds, self._action_arrays(actions)
         observing, clock = self.observing.arguments, self._clock
         schedule = n_ticks, 2 if length else 1, length, worlds.layers.noise

@@ -50,10 +50,7 @@ def keep_out_of_all(pose: Pose, obstacles: Capsules, radius: float) -> float:
 
 @kernel
 def keep_all_clear(swarm: Array, world: EpuckWorldState, obstacles: Capsules) -> float:
-    """Move every robot inside the walls, then out of the obstacles, in place.
-
-    Returns the largest overlap with an obstacle before the move [m].
-    """
+    """Move every robot inside the walls, then out of obstacles; return the largest overlap [m]."""
     for i in range(swarm.shape[0]):
         keep_inside(swarm[i].pose, world.arena, world.radius)
     worst = 0.0

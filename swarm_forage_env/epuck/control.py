@@ -1,7 +1,4 @@
-"""Control of e-pucks without an estimator: a motion that uses the sensors only.
-
-The motion has the same signature as in foraging, with an empty situation.
-"""
+"""Control of e-pucks without an estimator: a motion as in foraging, with an empty situation."""
 
 import math
 

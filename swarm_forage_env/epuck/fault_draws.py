@@ -64,10 +64,7 @@ def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -
 
 
 def name_faulty(scenario: EpuckScenario, out_faults: Array) -> None:
-    """Write which robots a scenario names as faulty to their records, shape (worlds, robots).
-
-    All other fields are reset.
-    """
+    """Reset records of shape (worlds, robots), and mark the robots that a scenario names."""
     Fault.restart(out_faults)
     for column, (_, kind) in enumerate(scenario.faults):
         out_faults["is_named"][:, list(kind.robots), column] = 1
@@ -130,10 +127,7 @@ def make_lie(numbers: FaultNumbers, seed: np.uint64, word: np.uint64, out_fault:
 
 @kernel
 def false_place(numbers: FaultNumbers, word: np.uint64, area: int) -> tuple[float, float]:
-    """Draw a false place of an area in the arena, world frame [m].
-
-    It is uniform among the places at least `false_place_distance` from the true one.
-    """
+    """Draw uniformly a place in the arena at least `false_place_distance` from the true one [m]."""
     x, y = numbers.areas[area, 0], numbers.areas[area, 1]
     far = numbers.false_place_distance
     while True:

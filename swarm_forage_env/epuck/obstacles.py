@@ -54,11 +54,6 @@ class Obstacle(Parameters):
             )
         return self
 
-    @property
-    def capsules(self) -> list[tuple[float, float, float, float, float]]:
-        """Capsules that the obstacle consists of: two ends [m] and a radius [m] each."""
-        return [(*a, *b, self.radius) for a, b in sides(self.points, self.is_closed)]
-
 
 def sides(points: Sequence[Point], is_closed: bool) -> list[tuple[Point, Point]]:
     """Return the two ends of each wall; a single point is paired with itself."""
@@ -70,8 +65,9 @@ def sides(points: Sequence[Point], is_closed: bool) -> list[tuple[Point, Point]]
 
 def capsules_of(every: Iterable[Obstacle], corners: Sequence[Point]) -> Capsules:
     """Return the capsules of all obstacles, then those of the outer wall with these corners."""
-    capsules = [capsule for obstacle in every for capsule in obstacle.capsules]
-    capsules += [(*a, *b, 0.0) for a, b in (sides(corners, True) if corners else [])]
+    walls = [(side, each.radius) for each in every for side in sides(each.points, each.is_closed)]
+    walls += [(side, 0.0) for side in (sides(corners, True) if corners else [])]
+    capsules = [(*a, *b, radius) for (a, b), radius in walls]
     return np.array(capsules, np.float64).reshape(-1, 5)
 
 

@@ -122,10 +122,7 @@ def place_world(  # noqa: PLR0913 inputs and outputs
 def place_worlds(
     world_arrays: Arrays, starts: Arrays, errors: Errors, first: int, last: int
 ) -> None:
-    """Place the robots of the worlds first .. last - 1, as `place_world` does.
-
-    `starts` are those of `World`. Free names: those of `place_world`.
-    """
+    """Place the robots of worlds first .. last - 1 by `place_world`; `starts`: those of `World`."""
     first_robot, seeds, places, poses = starts
     for w in range(first, last):
         n_robots = poses.shape[1]

@@ -117,10 +117,7 @@ class EpuckScenario(BaseScenario):
             )
 
     def _check_clear(self, subject: str, centre: Point, radius: float) -> None:
-        """Raise ValueError if a circle [m] overlaps an obstacle or is not inside the outer wall.
-
-        `what` names the circle in the message.
-        """
+        """Raise ValueError if a circle [m] overlaps an obstacle or is not inside the outer wall."""
         corners = self.arena.corners
         where = f"{subject} about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
         if corners and not is_inside(centre, corners):

@@ -133,10 +133,7 @@ def cast_rays(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) ->
 
 @kernel
 def read_proximity(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> None:
-    """Write the responses of the infrared sensors times 1 +- noise, at most 1.
-
-    The readings of a blind robot are 0.
-    """
+    """Write the responses of the infrared sensors times 1 +- noise, at most 1; 0 if it is blind."""
     robot = swarm[i]
     if not cast_rays(swarm, i, near, world) or robot.is_faulty[BLIND]:
         robot.readings.proximity[:] = 0.0

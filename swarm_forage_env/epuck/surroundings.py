@@ -100,10 +100,7 @@ def find_neighbours(
 
 @kernel
 def find_neighbours_of(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> int:
-    """Write the row of robot i as `find_neighbours` does; return its number of neighbours.
-
-    It compares the robot with all others, so that lanes share no list of cells.
-    """
+    """Write the row of robot i, without cells shared by lanes; return its number of neighbours."""
     n_near, capacity = 0, near.shape[1] - FIRST
     for j in range(swarm.shape[0]):
         if j != i and is_within_reach(swarm, i, j, world):
@@ -138,10 +135,7 @@ def list_by_robots(
     world: EpuckWorldState,
     n_robots: int,
 ) -> int:
-    """List the neighbours of each robot separately, so that lanes share the work.
-
-    Returns the largest number of neighbours of the robots of this lane.
-    """
+    """List neighbours robot by robot, as lanes share the work; return the largest number of one."""
     most = 0
     for i in range(lane(), n_robots, lanes()):
         most = max(most, find_neighbours_of(swarm, i, near, world))

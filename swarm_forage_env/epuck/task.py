@@ -81,9 +81,6 @@ MOTION = PolicyInterface(
 DRIVING = ("driving", "", "", "", "")
 """States of a robot without an estimator, by the codes of `Scene.activity`."""
 
-FAMILY = "epuck"
-"""Family of the tasks made here; layers for this family run in all of them."""
-
 ON_GPU: Mapping[str, Kernel] = {"list_neighbours": list_by_robots}
 """Functions that replace those of a CPU on a GPU."""
 
@@ -123,7 +120,7 @@ class EpuckTask:
         """Make the `Task`, register it under its name and return it."""
         task = Task(
             name=self.name,
-            family=FAMILY,
+            family="epuck",
             scenario=self.scenario,
             world=self.world,
             decide=steer_world,

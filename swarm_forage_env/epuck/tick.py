@@ -177,10 +177,7 @@ def tick_world(world_arrays: Arrays, errors: Errors, w: int, n: int, n_moving: i
 def hear(
     swarm: Array, i: int, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> None:
-    """Deliver messages to robot i; with a shadowed radio, only from senders not behind obstacles.
-
-    A deaf robot receives none.
-    """
+    """Deliver messages to robot i unless it is deaf; a shadowed radio hears none past obstacles."""
     if swarm[i].is_faulty[DEAF]:
         keep_slots(swarm[i].heard, 0)
         return

@@ -43,10 +43,7 @@ cells_of = entry_point(neighbours.cells_of)
 
 
 class EpuckWorld(World):
-    """Worlds that run in parallel, each with its own seed and scenario parameters.
-
-    A world in a block has the same states as the same world alone, bit for bit.
-    """
+    """Worlds in parallel, each with its own seed and parameters, and bit for bit as it is alone."""
 
     scenarios: tuple[EpuckScenario, ...]
     robot_kind: type[EpuckState]

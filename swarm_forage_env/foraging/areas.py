@@ -48,15 +48,6 @@ class Area(Parameters):
         return [self.centre] if self.moves_to is None else [self.centre, self.moves_to]
 
 
-def check_areas(areas: Sequence[Area]) -> None:
-    """Raise ValueError if there are too many areas, or none of a kind."""
-    if len(areas) > MAX_AREAS:
-        raise ValueError(f"task.areas: {len(areas)} areas; at most {MAX_AREAS} are possible")
-    for kind in AREAS:
-        if areas and kind not in {area.kind for area in areas}:
-            raise ValueError(f"task.areas: no area of the kind '{kind}'; give at least one")
-
-
 def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
     """Return the areas as in the records: the first nest, the first prey area, the others."""
     first = [next(area for area in areas if area.kind == kind) for kind in AREAS]
@@ -64,10 +55,7 @@ def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
 
 
 def write_areas(areas: Sequence[Area], tick: float, out_worlds: Array) -> None:
-    """Write the areas in this order, with their start positions, to the records of worlds.
-
-    `tick` is the control period [s].
-    """
+    """Write the areas in this order, at their first places, to records of worlds; `tick` in [s]."""
     out_worlds["n_areas"], out_worlds["kinds"] = len(areas), FLOOR
     for k, area in enumerate(areas):
         out_worlds["areas"][..., k, :] = out_worlds["first_places"][..., k, :] = area.centre

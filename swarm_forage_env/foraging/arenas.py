@@ -42,11 +42,6 @@ class Shape:
     obstacle: float
     """Length of an obstacle [m]."""
 
-    @property
-    def circumradius(self) -> float:
-        """Distance of a corner from the centre [m]."""
-        return self.side / (2.0 * math.sin(math.pi / self.n_sides))
-
 
 SHAPES = {
     "square": Shape(4, 1.94, 1.0 / 3.0, 0.45),
@@ -72,7 +67,7 @@ def across(direction: Point, distance: float, length: float) -> Obstacle:
 def mg1(shape: str, n_obstacles: int = 2) -> Scenario:
     """Return the scenario `mg1-<shape>`, an arena of this shape with none to four obstacles."""
     form = SHAPES[shape]
-    size = form.circumradius
+    size = form.side / (2.0 * math.sin(math.pi / form.n_sides))  # the circumradius [m]
     distance = form.ring * size
     return Scenario(
         name=f"mg1-{shape}",

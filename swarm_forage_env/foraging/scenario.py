@@ -10,8 +10,9 @@ from pydantic import Field, model_validator
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.epuck.obstacles import ROUNDING
 from swarm_forage_env.epuck.parts import Mission
+from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.epuck.scenario import EpuckScenario
-from swarm_forage_env.foraging.areas import Area, check_areas, in_order
+from swarm_forage_env.foraging.areas import MAX_AREAS, Area, in_order
 from swarm_forage_env.parameters import Positive
 
 if TYPE_CHECKING:
@@ -37,7 +38,13 @@ class Task(Mission):
 
     @model_validator(mode="after")
     def _has_both_kinds(self) -> Self:
-        check_areas(self.areas)
+        if len(self.areas) > MAX_AREAS:
+            raise ValueError(
+                f"task.areas: {len(self.areas)} areas; at most {MAX_AREAS} are possible"
+            )
+        for kind in AREAS:
+            if self.areas and kind not in {area.kind for area in self.areas}:
+                raise ValueError(f"task.areas: no area of the kind '{kind}'; give at least one")
         return self
 
 

@@ -96,10 +96,7 @@ def score_visit(robot: RobotState, world: WorldState) -> None:
 
 @kernel
 def count_reports(robot: RobotState, world: WorldState) -> None:
-    """Count reports of the controller: losses, and ticks with both areas known (on the path).
-
-    The latter are counted in the second half of the episode only.
-    """
+    """Count reported losses and, in the second half, ticks with both areas known (on the path)."""
     robot.lost_events += robot.report.is_lost
     robot.known[NEST], robot.known[PREY] = robot.report.known[NEST], robot.report.known[PREY]
     if world.ticks > world.half_time and robot.known[NEST] and robot.known[PREY]:

@@ -75,14 +75,11 @@ def space_of(scenario: EpuckScenario) -> pymunk.Space:
         space.add(body, shape)
     x, y = 0.5 * scenario.arena.length, 0.5 * scenario.arena.width
     corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
-    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-        wall = pymunk.Segment(space.static_body, a, b, 0.0)
+    outer, inner = capsules_of((), corners), capsules_of(scenario.obstacles, scenario.arena.corners)
+    for ax, ay, bx, by, thick in (*outer.tolist(), *inner.tolist()):
+        wall = pymunk.Segment(space.static_body, (ax, ay), (bx, by), thick)
         wall.friction = FRICTION
         space.add(wall)
-    for ax, ay, bx, by, thick in capsules_of(scenario.obstacles, scenario.arena.corners).tolist():
-        obstacle = pymunk.Segment(space.static_body, (ax, ay), (bx, by), thick)
-        obstacle.friction = FRICTION
-        space.add(obstacle)
     return space
 
 

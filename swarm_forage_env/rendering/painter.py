@@ -267,10 +267,7 @@ class Painter:
 def places_about(
     centre: tuple[float, float], size: tuple[int, int], radius: float, is_inside: bool
 ) -> list[pygame.Rect]:
-    """Return the candidate places of a name of this size at a circle [px], best first.
-
-    They are: the middle, if there is room inside; above, below, right, left; the corners.
-    """
+    """Return places for a name of this size in or around a circle [px], best first."""
     x, y = centre
     across, along = radius + 0.6 * size[1], radius + 0.6 * size[0]
     away = [(0.0, 0.0)] if is_inside else []

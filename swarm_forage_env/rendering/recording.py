@@ -29,10 +29,7 @@ ANGLES = ("heading", "direction")
 
 
 class Recording:
-    """Every n-th scene of an episode (n = `every`), and the last.
-
-    Messages of skipped scenes are assigned to the next scene that is kept.
-    """
+    """Every n-th scene of an episode and the last, each with all messages since the one before."""
 
     def __init__(self, every: int = 1) -> None:
         self.every = every

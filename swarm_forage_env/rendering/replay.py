@@ -91,10 +91,7 @@ class Replay:
         self._recordings[swarm].add(scene)
 
     def write(self, file: Path) -> None:
-        """Write the page to a file, atomically.
-
-        ConfigError if no scene was added or the file cannot be written.
-        """
+        """Write the page to a file, atomically; ConfigError without a scene, or if that fails."""
         page = self.page()
         try:
             write_atomically(file, page.encode())
@@ -102,10 +99,7 @@ class Replay:
             raise ConfigError(f"{file}: cannot be written ({error.strerror})") from None
 
     def page(self) -> str:
-        """Return the HTML page.
-
-        ConfigError if no scene was added, or if the scenes of two swarms differ in their times.
-        """
+        """Return the HTML page; ConfigError without a scene, or if two swarms differ in times."""
         packs = [recording.pack() for recording in self._recordings]
         if len({(about["frames"], about["every"]) for about, _ in packs}) > 1:
             raise ConfigError("scenes of two swarms: must have the same times; add both at each")

@@ -1,7 +1,4 @@
-"""Control of robots that visit waypoints; the counterpart of `foraging.control`.
-
-All robots share one estimator, since they correct their estimates jointly.
-"""
+"""Control of robots that visit waypoints; all share one estimator, as they correct it jointly."""
 
 import math
 from typing import Any

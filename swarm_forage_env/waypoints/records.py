@@ -200,10 +200,7 @@ class Exchange(Record):
 
 
 class Situation(Record):
-    """Input of the motion layer. Vectors are in the body frame, oriented by the compass.
-
-    Writer: observe.
-    """
+    """Input of the motion layer; vectors are in the body frame by the compass. Writer: observe."""
 
     goal: Float32[Array, "2"] = place()
     """Displacement from the estimated position to the goal."""

@@ -23,10 +23,7 @@ SOURCES = (NoiseSource.ENCODER, NoiseSource.LANDMARK, NoiseSource.LIDAR, NoiseSo
 
 
 class WaypointsWorld(World):
-    """Block of independent worlds, each with its own seed and parameters.
-
-    A world in a block has the same states, bit for bit, as the same world alone.
-    """
+    """Worlds in parallel, each with its own seed and parameters, and bit for bit as it is alone."""
 
     scenarios: tuple[WaypointsScenario, ...]
 
