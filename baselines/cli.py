@@ -36,10 +36,6 @@ app = typer.Typer(
 ListedFormat = Annotated[Literal["table", "json"], Option("--format", help="Format of the result.")]
 
 
-def _any_name(incomplete: str) -> list[str]:
-    return scenario_names(incomplete) + controller_names(incomplete)
-
-
 class _ToStderr(logging.Handler):
     """Logging handler that writes each message as a line to stderr."""
 
@@ -120,7 +116,9 @@ def list_names(
         str | None,
         Argument(
             help="Scenario, .toml file, controller or layer whose parameters to show.",
-            autocompletion=_any_name,
+            autocompletion=lambda incomplete: (
+                scenario_names(incomplete) + controller_names(incomplete)
+            ),
         ),
     ] = None,
     form: ListedFormat = "table",

@@ -34,8 +34,7 @@ BOX, ROW, MARGIN = 0.2, 0.3, 0.8
 """Minimum width of a vertical box and height of a horizontal one, with its gap; margin of a panel
 [inch]."""
 
-FLAT = 0.04
-"""Share of the largest value; a dark box of at most this height has no white median bar."""
+FLAT = 0.04  # share of the largest value; a dark box of at most this height has no white median bar
 
 ON_DARK = "#AAAAAA"
 """Colour of a hatch on a dark fill."""

@@ -30,8 +30,7 @@ class Score:
     scenario: str
     controller: str
     mean: float
-    low: float | None
-    """Lower end of the 95 % interval; None if all episodes score the same."""
+    low: float | None  # lower end of the 95 % interval; None if all episodes score the same
     high: float | None
     episodes: int
 

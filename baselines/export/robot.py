@@ -106,8 +106,7 @@ class ExportedRobot:
         self.views = {} if self._pilot is None else VIEWS
         loop = Loop(scenario, layers, [0], "kinematic", is_blank=True)
         compiled = loop.controller.compiled
-        self.message = "words"
-        """Field of the records `minds` that holds the message."""
+        self.message = "words"  # field of the records `minds` that holds the message
         self.payload: Mapping[str, Field] = {"words": PolicyMessages.fields["words"]}
         """Fields of a message."""
         self._run: Kernel = run_policy

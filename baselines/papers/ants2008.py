@@ -24,13 +24,7 @@ import numpy as np
 
 from baselines.papers.beta_sweep import BETAS, BestBeta, BetaSweep
 from baselines.papers.claim_types import Claim, Contrast, NoDifference, Order
-from baselines.papers.experiments import (
-    Experiment,
-    Results,
-    recruitment_time,
-    round_trips,
-    sample,
-)
+from baselines.papers.experiments import Experiment, Results, recruitment_time, round_trips, sample
 from baselines.papers.figures import Boxes, Curves, PaperFigure, time_of_each_robot
 from baselines.papers.paper import Paper
 from baselines.papers.social_odometry import LEFT_OPEN as TR_LEFT_OPEN

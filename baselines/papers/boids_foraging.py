@@ -143,12 +143,9 @@ def _ratios(results: Results, orders: Sequence[Order], columns: Sequence[str]) -
     for order in orders:
         sides = (present_pairs(results, *each, order.metric) for each in order.pairs)
         title, _, _ = order.text.rpartition(", every ")
-        lines.append([title, *(_ratio(*each) for each in sides)])
+        ratios = ((compare(*each).ratio if each[0] else None, each) for each in sides)
+        lines.append([title, *(_marked(ratio, 2, *each) for ratio, each in ratios)])
     return markdown(["ratio", *columns], lines)
-
-
-def _ratio(more: Sequence[float], less: Sequence[float]) -> str:
-    return _marked(compare(more, less).ratio if more else None, 2, more, less)
 
 
 def _marked(

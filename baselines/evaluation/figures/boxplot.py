@@ -1,12 +1,12 @@
 """Figures of a metric: box plots, and tables of its means by motion and localisation."""
 
 import json
-import logging
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
+from baselines.evaluation.dataset import LOGGER
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.figures.base import (
@@ -40,8 +40,6 @@ def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure
     caption = Caption(f"{axis.capitalize()}. {BOXES}", counted(groups), command, codes(groups), n)
     return box_panels(panels, ("", axis), caption)
 
-
-LOGGER = logging.getLogger("swarm-forage")
 
 LOCALISATION = "estimator"  # the layer that a row of the table varies
 

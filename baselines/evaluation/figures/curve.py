@@ -1,13 +1,13 @@
 """Line plots: a metric over one setting, such as beta; shares of the robots over time."""
 
 import json
-import logging
 from collections.abc import Callable, Sequence
 from itertools import chain
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.evaluation.dataset import LOGGER
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figures.base import SELECTION, PlotOptions, by_setup, figure, sample
 from baselines.evaluation.line_plots import (
@@ -26,8 +26,6 @@ from swarm_forage_env.parameters import resolve
 
 AXES = {"task.n_robots": "robots", "radio.max_range": "radio range"}
 """Axis names of settings; others are named by the last part of their dotted name."""
-
-LOGGER = logging.getLogger("swarm-forage")
 
 
 @figure("curve", *SELECTION, "metric", "x")

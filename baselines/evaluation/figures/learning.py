@@ -31,10 +31,8 @@ class Span(_Entry):
 class Point(_Entry):
     """One evaluation of a policy during its training."""
 
-    simulated_s: float = Field(ge=0.0)
-    """Simulated time so far, summed over worlds [s]."""
-    round_trips: dict[str, Span]
-    """Round trips by scenario."""
+    simulated_s: float = Field(ge=0.0)  # simulated time so far, summed over worlds [s]
+    round_trips: dict[str, Span]  # by scenario
 
 
 class TrainingCard(_Entry):
