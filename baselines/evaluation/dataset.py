@@ -229,9 +229,8 @@ def _episodes(
     if not table.schema.equals(schema(kind)):
         raise DamagedFileError("not the columns of an episode")
     rows = table.to_pylist()
-    if [(row["configuration"], row["seed"]) for row in rows] != [
-        (configuration.key, seed) for seed in seeds
-    ]:
+    found = [(row["configuration"], row["seed"]) for row in rows]
+    if found != [(configuration.key, seed) for seed in seeds]:
         raise DamagedFileError("episodes of another configuration, or of other seeds")
     usual = short_label(configuration.controller.name, configuration.parameters)
     controller = name_in(table, ASKED) or usual

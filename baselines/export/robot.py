@@ -114,9 +114,8 @@ class ExportedRobot:
         if compiled.has_beliefs:
             own = controller.estimator.layer(scenario)
             reasons["its estimator stores data of each pair of robots"] = own.shared is not None
-            reasons["its estimator receives messages by a template of its own"] = (
-                own.observe is not observe_world
-            )
+            is_own = own.observe is not observe_world
+            reasons["its estimator receives messages by a template of its own"] = is_own
             kind = cast(type[Record], own.mind.fields["message"].kind)
             self.message, self.payload, self._run = "message", kind.fields, run_robot
         is_called = loop.controller.has_rules or not compiled.firsts

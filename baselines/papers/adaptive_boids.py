@@ -202,9 +202,7 @@ def orders(setting: str) -> Iterator[Order]:
         (SUCCESS, "adaptive", "goal", 2), (SUCCESS, "adaptive", "static", 2),
     ):  # fmt: skip
         for estimator in tuple(ESTIMATORS)[:n_estimators]:
-            pairs = tuple(
-                (of(estimator, higher, size), of(estimator, lower, size)) for size in SIZES
-            )
+            pairs = tuple((of(estimator, higher, n), of(estimator, lower, n)) for n in SIZES)
             words = f"{measure.words}, {ESTIMATORS[estimator]}: {higher} above {lower}"
             yield Order(f"{setting}: {words}", pairs, measure)
     reckoning, intersection, filter_ = ESTIMATORS
@@ -281,8 +279,6 @@ CLAIMS = (
 class OverDensity(PaperFigure):
     """Figure of a measure over the density of robots, with a panel for each estimator."""
 
-    name: str
-    caption: str
     setting: str
     measure: Measure
     counted: ClassVar[str] = "trials"

@@ -44,9 +44,7 @@ class BetaSweep:
 
     def optimum(self, results: Results) -> Estimate:
         """Return the beta with the most round trips; its interval is a bootstrap over seeds."""
-        trips = np.array(
-            [sample(results, experiment, round_trips) for experiment in self.experiments]
-        )
+        trips = np.array([sample(results, each, round_trips) for each in self.experiments])
         n_seeds = trips.shape[1]
         draws = np.random.default_rng(0).integers(n_seeds, size=(RESAMPLES, n_seeds))
         winners = trips[:, draws].mean(axis=2).argmax(axis=0)
@@ -65,8 +63,7 @@ class BestBeta(DecidableClaim):
 
     def _verdict(self, results: Results) -> Verdict:
         ours = self.sweep.optimum(results)
-        same = bool(np.isclose(ours.value, self.published))
-        return self.published, ours, same, None
+        return self.published, ours, bool(np.isclose(ours.value, self.published)), None
 
     def effects(self, results: Results) -> list[Effect]:
         """Return the effects: the published beta makes more round trips than every other."""
@@ -92,11 +89,9 @@ class OptimumInsideRange(DecidableClaim):
 
     def effects(self, results: Results) -> list[Effect]:
         """Return the effects: the best beta inside makes more round trips than either end."""
-        smallest, *inside, largest = self.sweep.experiments
+        first, *inside, last = self.sweep.experiments
         best = sample(results, CrossValidatedBest(tuple(inside)), round_trips)
-        return [
-            order_effect(best, sample(results, end, round_trips)) for end in (smallest, largest)
-        ]
+        return [order_effect(best, sample(results, end, round_trips)) for end in (first, last)]
 
 
 @dataclass(frozen=True)

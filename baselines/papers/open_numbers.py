@@ -163,9 +163,7 @@ def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     never = [each.text for each in claims_of(*CHECKED) if each.text not in ever]
 
     def scores_of(k: int) -> str:
-        scores = (
-            f"{of[k]} of {len(claims_of(arena))} of {arena}" for arena, of in sets.scores.items()
-        )
+        scores = (f"{of[k]} of {len(claims_of(a))} of {a}" for a, of in sets.scores.items())
         return f"{total[k]}: {', '.join(scores)}"
 
     return {

@@ -119,8 +119,7 @@ def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[str, dict[str, list[
 
 def _means(options: PlotOptions, groups: Sequence[EpisodeGroup], x: str) -> Means:
     rows = [(float(group.numbers[x]), *_mean(options, group)) for group in groups]
-    at, mean, low, high = np.array(rows).T
-    return Means(at, mean, low, high)
+    return Means(*np.array(rows).T)
 
 
 def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, float]:

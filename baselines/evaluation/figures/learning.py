@@ -100,5 +100,5 @@ def _names(files: Sequence[Path]) -> list[str]:
 def _curve(card: TrainingCard, scenario: str) -> Means:
     points = [point for point in card.curve if scenario in point.round_trips]
     spans = [point.round_trips[scenario] for point in points]
-    mean, low, high = np.array([(each.mean, each.low, each.high) for each in spans]).T
-    return Means(np.array([point.simulated_s / HOUR for point in points]), mean, low, high)
+    means = np.array([(each.mean, each.low, each.high) for each in spans])
+    return Means(np.array([point.simulated_s / HOUR for point in points]), *means.T)

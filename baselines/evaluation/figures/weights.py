@@ -31,10 +31,8 @@ PREY = 1  # the area that the exchange is about
 def draw(options: PlotOptions) -> Figure:
     """Draw the weights of the controllers in `sources`; ConfigError for one without paths."""
     maps = {
-        f"{100 * disagreement:g} cm apart": {
-            name: _map(name, disagreement) for name in options.sources
-        }
-        for disagreement in DISAGREEMENTS
+        f"{100 * apart:g} cm apart": {name: _map(name, apart) for name in options.sources}
+        for apart in DISAGREEMENTS
     }
     text = (
         f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
