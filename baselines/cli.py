@@ -127,11 +127,9 @@ def list_names(
     from baselines.evaluation import listing
 
     if form == "json":
-        description = listing.describe(name) if name else listing.overview()
-        typer.echo(json.dumps(description, indent=1))
+        typer.echo(json.dumps(listing.describe(name) if name else listing.overview(), indent=1))
     else:
-        table = listing.detail_table(name) if name else listing.overview_tables()
-        Console().print(table)
+        Console().print(listing.detail_table(name) if name else listing.overview_tables())
     if message := left_out():
         say(message)
 

@@ -142,12 +142,10 @@ def _hatch_on(colour: str) -> str:
     return ON_DARK if is_dark(colour) else INK
 
 
-def _draw_boxes(
-    axes: Axes,
-    boxes: Sequence[tuple[Sequence[float], float, SeriesStyle]],
-    width: float,
-    layout: _Layout,
-) -> None:
+Box = tuple[Sequence[float], float, SeriesStyle]  # values, place on the axis, and style
+
+
+def _draw_boxes(axes: Axes, boxes: Sequence[Box], width: float, layout: _Layout) -> None:
     scale = style_in_use().scale
     highest = max(max(values, default=0.0) for values, _, _ in boxes)
     drawn = axes.boxplot(

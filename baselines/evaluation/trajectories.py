@@ -94,10 +94,8 @@ class TrajectoryRecorder:
         self._sinks = [pa.BufferOutputStream() for _ in seeds]
         floats = [field.name for field in self._schema if pa.types.is_floating(field.type)]
         encoding = dict.fromkeys(floats, "BYTE_STREAM_SPLIT")  # compresses better
-        self._writers = [
-            pq.ParquetWriter(sink, self._schema, column_encoding=encoding, **COMPRESSION)
-            for sink in self._sinks
-        ]
+        options = {"column_encoding": encoding, **COMPRESSION}
+        self._writers = [pq.ParquetWriter(sink, self._schema, **options) for sink in self._sinks]
         self._ticks: list[dict[str, Array]] = []
 
     def __call__(self, loop: Loop) -> None:

@@ -188,8 +188,7 @@ class ExportedRobot:
     def vector(self) -> np.dtype[np.void]:
         """Record type of a tick in `vectors.bin`: inputs and outputs of the controller."""
         robots, minds = self.records.robots.dtype, self.records.minds.dtype
-        heard = robots["heard"]
-        slots = heard["sender"].shape[0]
+        slots = robots["heard"]["sender"].shape[0]
         received = np.dtype([
             ("range_bearing", np.float32, 3), ("n_averaged", np.float32), ("sender", np.int32),
             ("payload", minds[self.message]),

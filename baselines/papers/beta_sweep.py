@@ -68,11 +68,9 @@ class BestBeta(DecidableClaim):
     def effects(self, results: Results) -> list[Effect]:
         """Return the effects: the published beta makes more round trips than every other."""
         best = self.sweep.at(self.published)
-        return [
-            order_effect(*(sample(results, each, round_trips) for each in (best, other)))
-            for other in self.sweep.experiments
-            if other != best
-        ]
+        trips = sample(results, best, round_trips)
+        others = (each for each in self.sweep.experiments if each != best)
+        return [order_effect(trips, sample(results, each, round_trips)) for each in others]
 
 
 @dataclass(frozen=True)
@@ -112,8 +110,5 @@ class OtherBetasBelow(Above):
         """Return the effects: the reference makes more round trips than every beta but the best."""
         best = self.sweep.at(self.sweep.optimum(results).value)
         base = sample(results, self.reference, round_trips)
-        return [
-            order_effect(base, sample(results, each, round_trips))
-            for each in self.sweep.experiments
-            if each != best
-        ]
+        others = (each for each in self.sweep.experiments if each != best)
+        return [order_effect(base, sample(results, each, round_trips)) for each in others]

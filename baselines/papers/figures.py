@@ -24,15 +24,7 @@ from baselines.evaluation.figure_page import (
 )
 from baselines.evaluation.line_plots import BANDS, Means, curve_panels, mean_curve
 from baselines.evaluation.plot_style import INK
-from baselines.papers.experiments import (
-    Metric,
-    Results,
-    Source,
-    UsesFields,
-    present,
-    round_trips,
-    sample,
-)
+from baselines.papers.experiments import Metric, Results, Source, UsesFields, present, round_trips
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
@@ -143,7 +135,7 @@ def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]
 
 def mean_trips(results: Results, source: Source) -> float:
     """Return the mean round trips of a source."""
-    return float(np.mean(sample(results, source, round_trips)))
+    return float(np.mean(present(results, source, round_trips)))
 
 
 def ratio_of_trips(results: Results, source: Source, base: Source) -> float:
@@ -191,5 +183,4 @@ def write_figures(
         with page_style(style):
             figure = paper_figure.draw(results, command)
             for ending in ENDINGS[style]:
-                file = folder / f"{paper_figure.name}{ending}"
-                save_figure(figure, file, paper_figure.caption)
+                save_figure(figure, folder / f"{paper_figure.name}{ending}", paper_figure.caption)

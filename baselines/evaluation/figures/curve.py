@@ -94,11 +94,7 @@ def _too_few(x: str, groups: Sequence[EpisodeGroup]) -> str:
 
 
 def _numeric(group: EpisodeGroup) -> dict[str, float]:
-    return {
-        name: value
-        for name, value in group.numbers.items()
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    }
+    return {name: value for name, value in group.numbers.items() if type(value) in (int, float)}
 
 
 def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[str, dict[str, list[EpisodeGroup]]]:

@@ -92,7 +92,7 @@ def _of_controllers(options: PlotOptions) -> Iterator[PathDensity]:
                 f"scenario '{each.scenario.name}': must be one in which robots forage, such as es1"
             )
         setup = f"{each.scenario.name}, {each.physics}"
-        yield _run(each, setup, each.label, request.seeds()[0])
+        yield _run(each, setup, each.label, request.seeds()[0], None)
 
 
 def _check_same_code(group: EpisodeGroup) -> None:
@@ -113,9 +113,7 @@ def _stored_places(file: Path) -> Iterator[Array]:
     yield np.asarray(places[table["t"].to_numpy() > 0.0], np.float64)
 
 
-def _run(
-    of: ExperimentConfig, setup: str, label: str, seed: int, trips: int | None = None
-) -> PathDensity:
+def _run(of: ExperimentConfig, setup: str, label: str, seed: int, trips: int | None) -> PathDensity:
     """Run an episode; ConfigError if its round trips differ from `trips`."""
     LOGGER.warning("running %s, %s, seed %d", setup, label, seed)
     loop = Loop(of.scenario, of.controller, [seed], of.physics)
