@@ -169,9 +169,8 @@ def overview_tables() -> Group:
     for name in SCENARIOS:
         task, about = SCENARIOS[name].task, SCENARIOS.about(name)
         scenarios.add_row(name, str(task.n_robots), f"{task.duration:g}", _score(name), about)
-    layers = _table(
-        "layer", "names; three of them make a controller: social_odometry+sgikf+subsumption"
-    )
+    names = "names; three of them make a controller: social_odometry+sgikf+subsumption"
+    layers = _table("layer", names)
     for layer, registry in REGISTRIES.items():
         layers.add_row(layer, ", ".join(registry))
     return Group(

@@ -133,9 +133,7 @@ def _mean(results: Results, experiment: Experiment, metric: Metric) -> str:
     """Return a mean, marked if it is better or worse than that of `ssgikf`."""
     ours, bases = present_pairs(results, experiment, base(experiment.scenario), metric)
     mean = mean_interval(ours)
-    if metric is round_trips:
-        return _marked(mean, 0, ours, bases)
-    return _marked(mean, 1, bases, ours)
+    return _marked(mean, 0, ours, bases) if metric is round_trips else _marked(mean, 1, bases, ours)
 
 
 def _ratios(results: Results, orders: Sequence[Order], columns: Sequence[str]) -> str:

@@ -47,11 +47,8 @@ LOCALISATION = "estimator"  # the layer that a row of the table varies
 @figure("table", *SELECTION, "metric")
 def draw_table(options: PlotOptions) -> Figure:
     """Draw a table of means: a row for each motion, a column for each localisation."""
-    varied = {
-        each.label(LOCALISATION)
-        for each in options.groups
-        if LOCALISATION in json.loads(each.parameters)
-    }
+    named = [each for each in options.groups if LOCALISATION in json.loads(each.parameters)]
+    varied = {each.label(LOCALISATION) for each in named}
     combined = [each for each in options.groups if each.label(LOCALISATION) in varied]
     if not combined:
         raise ConfigError(
