@@ -36,10 +36,6 @@ app = typer.Typer(
 ListedFormat = Annotated[Literal["table", "json"], Option("--format", help="Format of the result.")]
 
 
-def _any_name(incomplete: str) -> list[str]:
-    return scenario_names(incomplete) + controller_names(incomplete)
-
-
 class _ToStderr(logging.Handler):
     """Logging handler that writes each message as a line to stderr."""
 
@@ -120,7 +116,9 @@ def list_names(
         str | None,
         Argument(
             help="Scenario, .toml file, controller or layer whose parameters to show.",
-            autocompletion=_any_name,
+            autocompletion=lambda incomplete: (
+                scenario_names(incomplete) + controller_names(incomplete)
+            ),
         ),
     ] = None,
     form: ListedFormat = "table",
@@ -129,11 +127,9 @@ def list_names(
     from baselines.evaluation import listing
 
     if form == "json":
-        description = listing.describe(name) if name else listing.overview()
-        typer.echo(json.dumps(description, indent=1))
+        typer.echo(json.dumps(listing.describe(name) if name else listing.overview(), indent=1))
     else:
-        table = listing.detail_table(name) if name else listing.overview_tables()
-        Console().print(table)
+        Console().print(listing.detail_table(name) if name else listing.overview_tables())
     if message := left_out():
         say(message)
 

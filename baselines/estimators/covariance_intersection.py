@@ -18,12 +18,7 @@ from baselines.estimators.pose_prediction import (
     step_slopes,
     update_belief_alone,
 )
-from baselines.estimators.small_matrices import (
-    Matrix3,
-    determinant3,
-    identity3,
-    inverse3,
-)
+from baselines.estimators.small_matrices import Matrix3, determinant3, identity3, inverse3
 from baselines.weighting.sikf import SIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel

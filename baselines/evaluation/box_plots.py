@@ -34,11 +34,9 @@ BOX, ROW, MARGIN = 0.2, 0.3, 0.8
 """Minimum width of a vertical box and height of a horizontal one, with its gap; margin of a panel
 [inch]."""
 
-FLAT = 0.04
-"""Share of the largest value; a dark box of at most this height has no white median bar."""
+FLAT = 0.04  # share of the largest value; a dark box of at most this height has no white median bar
 
-ON_DARK = "#AAAAAA"
-"""Colour of a hatch on a dark fill."""
+ON_DARK = "#AAAAAA"  # colour of a hatch on a dark fill
 
 LETTERS, LINE_HEIGHT = 30, 0.135
 """Letters in a line of a label of a horizontal box, and height of the line [inch]."""
@@ -95,14 +93,12 @@ def box_panels(
     return finish_figure(figure, all_axes, caption, layout.series)
 
 
-def _layout(
-    panels: Mapping[str, Samples], controllers: Mapping[str, str], n_episodes: int
-) -> _Layout:
+def _layout(panels: Mapping[str, Samples], controllers: Mapping[str, str], n: int) -> _Layout:
     every = [group for groups in panels.values() for group in groups.values()]
     ticks = list(dict.fromkeys(chain(*panels.values())))
     series = list(dict.fromkeys(chain(*every)))
     styles = styles_of(ticks if len(series) == 1 else series, controllers)
-    n = n_episodes or max(len(values) for group in every for values in group.values())
+    n = n or max(len(values) for group in every for values in group.values())
     try:
         numbers = np.array(ticks, np.float64)
     except ValueError:  # ticks are names
@@ -146,12 +142,10 @@ def _hatch_on(colour: str) -> str:
     return ON_DARK if is_dark(colour) else INK
 
 
-def _draw_boxes(
-    axes: Axes,
-    boxes: Sequence[tuple[Sequence[float], float, SeriesStyle]],
-    width: float,
-    layout: _Layout,
-) -> None:
+Box = tuple[Sequence[float], float, SeriesStyle]  # values, place on the axis, and style
+
+
+def _draw_boxes(axes: Axes, boxes: Sequence[Box], width: float, layout: _Layout) -> None:
     scale = style_in_use().scale
     highest = max(max(values, default=0.0) for values, _, _ in boxes)
     drawn = axes.boxplot(
@@ -168,9 +162,8 @@ def _draw_boxes(
         capprops={"color": INK, "linewidth": scale},
         flierprops={"marker": "o", "markersize": 3.5 * scale, "markeredgecolor": INK},
     )
-    for (values, at, style), box, median in zip(
-        boxes, drawn["boxes"], drawn["medians"], strict=True
-    ):
+    parts = zip(boxes, drawn["boxes"], drawn["medians"], strict=True)
+    for (values, at, style), box, median in parts:
         box.set_facecolor(style.colour)
         if len(values) != layout.n or not len(values):
             _annotate_sample_size(axes, values, at, layout)

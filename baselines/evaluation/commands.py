@@ -131,8 +131,7 @@ def plot(  # noqa: PLR0913 the options of a command
         ),
     ],
     out: Annotated[
-        list[Path],
-        FileOption(metavar="FILE", help="File: .png, .pdf or .svg; may be repeated."),
+        list[Path], FileOption(metavar="FILE", help="File: .png, .pdf or .svg; may be repeated.")
     ],
     scenarios: Annotated[
         list[str] | None,
@@ -162,8 +161,7 @@ def plot(  # noqa: PLR0913 the options of a command
         ),
     ] = None,
     seed: Annotated[
-        int | None,
-        Option(min=0, help="Seed, for paths.", show_default="the first"),
+        int | None, Option(min=0, help="Seed, for paths.", show_default="the first")
     ] = None,
     style: Annotated[
         PageStyleName,
@@ -232,8 +230,7 @@ def watch(  # noqa: PLR0913 the options of a command
     settings: SettingsOption = None,
     physics: PhysicsOption = None,
     speed: Annotated[
-        float | None,
-        Option(help="Speed, times real time.", show_default="10; 1 with --drive"),
+        float | None, Option(help="Speed, times real time.", show_default="10; 1 with --drive")
     ] = None,
     select: Annotated[int | None, Option(help="Robot whose belief is drawn, from 0 on.")] = None,
     start: Annotated[float, Option(help="Time of the episode to start from [s].")] = 0.0,

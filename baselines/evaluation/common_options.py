@@ -79,8 +79,7 @@ def path(text: str | Path) -> Path:
     return Path(text)
 
 
-FileOption = partial(Option, parser=path)
-"""Option that names a local file or folder to write."""
+FileOption = partial(Option, parser=path)  # option that names a local file or folder to write
 
 DeviceOption = Annotated[
     Literal["cpu", "cuda"],

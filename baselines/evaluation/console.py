@@ -93,10 +93,7 @@ def error_message(error: Exception, program: str | None) -> tuple[str, int] | No
     if isinstance(error, ConfigError | UnknownNameError):
         return str(error), WRONG_INPUT
     if isinstance(error, BrokenExecutor):
-        return (
-            "a worker process was killed; the same command resumes from here",
-            FAILED,
-        )
+        return "a worker process was killed; the same command resumes from here", FAILED
     if isinstance(error, OSError):
         return file_reason(error), FAILED
     if not hasattr(error, "format_message"):  # the parser's errors have one

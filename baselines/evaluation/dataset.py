@@ -229,9 +229,8 @@ def _episodes(
     if not table.schema.equals(schema(kind)):
         raise DamagedFileError("not the columns of an episode")
     rows = table.to_pylist()
-    if [(row["configuration"], row["seed"]) for row in rows] != [
-        (configuration.key, seed) for seed in seeds
-    ]:
+    found = [(row["configuration"], row["seed"]) for row in rows]
+    if found != [(configuration.key, seed) for seed in seeds]:
         raise DamagedFileError("episodes of another configuration, or of other seeds")
     usual = short_label(configuration.controller.name, configuration.parameters)
     controller = name_in(table, ASKED) or usual
@@ -249,21 +248,18 @@ def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> A
 def name_in(table: pa.Table, key: bytes) -> str | None:
     """The name under ASKED or TASK, None in a file without it; DamagedFileError if changed."""
     content = (table.schema.metadata or {}).get(key)
-    return None if content is None else checked_text(content)
+    if content is None:
+        return None
+    text: str = content.partition(b" ")[2].decode(errors="replace")
+    if content != with_checksum(text):
+        raise DamagedFileError("not a readable Parquet file")
+    return text
 
 
 def with_checksum(text: str) -> bytes:
     """Return a text with a checksum for metadata, which the checksums of pages do not cover."""
     content = text.encode()
     return b"%08x %b" % (crc32(content), content)
-
-
-def checked_text(content: bytes) -> str:
-    """The text that was written with a checksum; DamagedFileError if changed."""
-    text = content.partition(b" ")[2].decode(errors="replace")
-    if content != with_checksum(text):
-        raise DamagedFileError("not a readable Parquet file")
-    return text
 
 
 def read_table(content: bytes) -> pa.Table:

@@ -54,17 +54,16 @@ class EvaluateOptions:
         if trajectories and "://" in str(out):
             raise ConfigError(f"--trajectories: need a folder on this machine as --out, not {out}")
         if trajectories:
-            _ = kind_of(task_of(scenario))
+            kind_of(task_of(scenario))
         with of_option("--"):
             for each in configurations:
                 check_device(device, each.physics)
                 terms = each.scenario, each.controller, (0,), each.physics
                 placed(Loop(*terms, is_blank=True), device)
         dataset = open_dataset(str(out or Path("runs") / folder_name(scenario.name)))
-        if not trajectories:
-            return Plan(configurations, seeds, dataset)
-        trajectory_files = Trajectories(dataset)
-        trajectory_files.open()
+        trajectory_files = Trajectories(dataset) if trajectories else None
+        if trajectory_files:
+            trajectory_files.open()
         return Plan(configurations, seeds, dataset, trajectory_files)
 
     def configurations(self) -> list[ExperimentConfig]:

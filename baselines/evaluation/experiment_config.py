@@ -176,12 +176,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, str]:
 
 def _changes(base: Mapping[str, object], now: Mapping[str, object]) -> dict[str, object]:
     """Return the settings that differ by dotted name, except `name`."""
-    missing = object()
-    return {
-        name: value
-        for name, value in now.items()
-        if name != "name" and base.get(name, missing) != value
-    }
+    return {k: v for k, v in now.items() if k != "name" and base.get(k, object()) != v}
 
 
 def _number(value: object) -> str:

@@ -53,9 +53,8 @@ def table_panels(
 ) -> Figure:
     """Return a figure of shaded tables of means, one per setup, each with its own colour range."""
     rows = list(dict.fromkeys(chain(*tables.values())))
-    columns = list(
-        dict.fromkeys(chain(*(row for each in tables.values() for row in each.values())))
-    )
+    cells = chain(*(table.values() for table in tables.values()))
+    columns = list(dict.fromkeys(chain(*cells)))
     letters = max(len(word) for name in columns for word in (*name.split(), "10.1 to 10.2"))
     margin = 0.5 + LETTER * TICK * max(map(len, rows))
     least = margin + LETTER * TICK * (letters + 1) * len(columns)
@@ -91,13 +90,10 @@ def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
 def _cell_text(cell: Estimate | None) -> str:
     if cell is None:
         return "none"
-    top = max(abs(cell.value), *map(abs, cell.interval or (0.0, 0.0)))
+    top = max(map(abs, (cell.value, *cell.ends)))
     decimals = 0 if top >= 100.0 else 1 if top >= 10.0 else 2
-    mean = f"{cell.value:.{decimals}f}"
-    if cell.interval is None:
-        return mean
-    low, high = cell.interval
-    return f"{mean}\n{low:.{decimals}f} to {high:.{decimals}f}"
+    mean, *ends = (f"{x:.{decimals}f}" for x in (cell.value, *(cell.interval or ())))
+    return f"{mean}\n{' to '.join(ends)}" if ends else mean
 
 
 def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure:
@@ -193,8 +189,7 @@ def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: s
     bar.ax.tick_params(labelsize=style.points(TICK))
 
 
-BODY = "#CFCFCF"
-"""Colour of obstacles and of the space behind an outer wall."""
+BODY = "#CFCFCF"  # colour of obstacles and of the space behind an outer wall
 
 DASHES = ("-", "--", ":", "-.")  # of the outlines of areas, one for each name
 ARC = 12  # corners of a half circle

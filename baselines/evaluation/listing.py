@@ -64,10 +64,7 @@ def overview() -> dict[str, list[dict[str, object]]]:
 def describe(name: str) -> dict[str, object]:
     """Describe a scenario (name or TOML file), controller or layer, as nested dictionaries."""
     listed = find(name)
-    groups = {
-        group: [asdict(each) for each in parameters]
-        for group, _, parameters in grouped_parameters(listed)
-    }
+    groups = {group: [asdict(each) for each in own] for group, _, own in grouped_parameters(listed)}
     head: dict[str, object] = {"name": name, "kind": next(iter(groups))}
     if isinstance(listed, LayeredController):
         head |= {"kind": "controller", "layers": listed.layer_names}
@@ -172,9 +169,8 @@ def overview_tables() -> Group:
     for name in SCENARIOS:
         task, about = SCENARIOS[name].task, SCENARIOS.about(name)
         scenarios.add_row(name, str(task.n_robots), f"{task.duration:g}", _score(name), about)
-    layers = _table(
-        "layer", "names; three of them make a controller: social_odometry+sgikf+subsumption"
-    )
+    names = "names; three of them make a controller: social_odometry+sgikf+subsumption"
+    layers = _table("layer", names)
     for layer, registry in REGISTRIES.items():
         layers.add_row(layer, ", ".join(registry))
     return Group(

@@ -105,10 +105,8 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     changed = [dict(_changes(each)) for each in configurations]
     possible = (_slider(name, configurations, changed) for name in WORDS)
     sliders = [each for each in possible if each]
-    programs = [
-        program_of(each, sliders, own, every)
-        for each, own in zip(configurations, changed, strict=True)
-    ]
+    swarms = zip(configurations, changed, strict=True)
+    programs = [program_of(each, sliders, own, every) for each, own in swarms]
     sets = shlex.join(f"--set={each}" for each in chosen.settings)
     command = shlex.join(["swarm-forage", "evaluate", chosen.scenario]), sets
     replays = [_recorded(each, every) for each in configurations]

@@ -33,8 +33,7 @@ from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
 
-MAX_RETRIES = 10
-"""Maximum number of times that a call is run again after its worker or node died."""
+MAX_RETRIES = 10  # maximum number of times that a call is run again after its worker or node died
 
 WAIT = 10.0  # maximum time to wait for an answer of an address [s]
 

@@ -200,9 +200,7 @@ def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
     total = len(plan.configurations) * len(plan.seeds)
     for dataset in filter(None, (plan.dataset, plan.trajectories)):
-        missing = [
-            file for each in plan.configurations for file in dataset.missing(each, plan.seeds)
-        ]
+        missing = [*chain(*(dataset.missing(each, plan.seeds) for each in plan.configurations))]
         if missing:
             names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
             more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""

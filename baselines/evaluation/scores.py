@@ -30,8 +30,7 @@ class Score:
     scenario: str
     controller: str
     mean: float
-    low: float | None
-    """Lower end of the 95 % interval; None if all episodes score the same."""
+    low: float | None  # lower end of the 95 % interval; None if all episodes score the same
     high: float | None
     episodes: int
 
@@ -77,8 +76,7 @@ def main(workers: int = 2, out: Path = Path("runs/scores")) -> None:
     """Measure every score, and write the file that `list` reads."""
     lines: list[str] = []
     for scenario, controller in pairs():
-        score = measure(scenario, controller, out, workers)
-        lines.append(json.dumps(asdict(score)))
+        lines.append(json.dumps(asdict(measure(scenario, controller, out, workers))))
         write_atomically(FILE, "[\n{}\n]\n".format(",\n".join(lines)).encode())
 
 

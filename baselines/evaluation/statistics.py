@@ -59,7 +59,7 @@ class Comparison:
 
 
 def mean_interval(values: Sequence[float], seed: int = 0) -> Estimate | None:
-    """The mean and its 95 % interval; None without values.
+    """The mean and its 95 % interval, of resamples drawn with `seed`; None without values.
 
     Source: EfronTibshirani1993, ch. 14 (bias-corrected and accelerated, BCa).
 
@@ -67,10 +67,6 @@ def mean_interval(values: Sequence[float], seed: int = 0) -> Estimate | None:
     Estimate(value=4.0, interval=None, n=1)
     >>> mean_interval([4.0, 6.0]).interval  # 5 -+ 12.706 x 1
     (-7.706..., 17.706...)
-
-    Args:
-        values: The sample, such as the round trips of each episode.
-        seed: Seed of the resampling.
     """
     if not values:
         return None
@@ -79,17 +75,12 @@ def mean_interval(values: Sequence[float], seed: int = 0) -> Estimate | None:
 
 
 def compare(values: Sequence[float], base: Sequence[float], seed: int = 0) -> Comparison:
-    """Compare a sample with a base sample of the same seeds in the same order.
+    """Compare a sample x with a base sample b of the same seeds in the same order.
 
     The difference is mean(x_k - b_k), the ratio mean(x) / mean(b).
 
     >>> compare([5.0, 7.0, 8.0], [4.0, 5.0, 6.0]).difference.value
     1.6666666666666667
-
-    Args:
-        values: The sample x.
-        base: The sample b, whose k-th value has the seed of the k-th value of x.
-        seed: Seed of the resampling.
     """
     x, b = np.asarray(values, dtype=np.float64), np.asarray(base, dtype=np.float64)
     difference = mean_interval((x - b).tolist(), seed)
@@ -156,10 +147,6 @@ def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate |
     >>> iqm_interval([[1.0, 2.0, 3.0, 30.0]]).value
     2.5
 
-    Args:
-        strata: For each task, the scores of its runs.
-        seed: Seed of the resampling.
-
     Source: AgarwalEtAl2021, Section 4.1.
     """
     if not any(map(len, strata)):
@@ -173,17 +160,12 @@ def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate |
 def performance_profile(
     strata: Sequence[Sequence[float]], taus: Sequence[float], seed: int = 0
 ) -> tuple[Values, Values, Values]:
-    """The share of runs above each tau, and the ends of its stratified bootstrap interval.
+    """The share of runs above each score tau, and the ends of its stratified bootstrap interval.
 
     Source: AgarwalEtAl2021, Section 4.2; DolanMore2002.
 
     >>> performance_profile([[0.2, 0.6, 0.9]], [0.5])[0].round(2).tolist()
     [0.67]
-
-    Args:
-        strata: For each task, the scores of its runs.
-        taus: Scores at which the profile is computed.
-        seed: Seed of the resampling.
     """
     values, drawn = _resampled(strata, seed)
     share = np.array([(values > tau).mean() for tau in taus])

@@ -115,8 +115,7 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
         f" {head.duration_s:g} s, {head.physics} physics, seeds {head.seed} to {first[-1].seed}"
     )
     always = [metric for metric in kind.columns if metric not in kind.sometimes]
-    others = (metric for metric in kind.columns if metric in kind.sometimes)
-    present = [metric for metric in others if present_values(episodes, metric)]
+    present = [m for m in kind.columns if m in kind.sometimes and present_values(episodes, m)]
     parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
     if present:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, present)]

@@ -94,10 +94,8 @@ class TrajectoryRecorder:
         self._sinks = [pa.BufferOutputStream() for _ in seeds]
         floats = [field.name for field in self._schema if pa.types.is_floating(field.type)]
         encoding = dict.fromkeys(floats, "BYTE_STREAM_SPLIT")  # compresses better
-        self._writers = [
-            pq.ParquetWriter(sink, self._schema, column_encoding=encoding, **COMPRESSION)
-            for sink in self._sinks
-        ]
+        options = {"column_encoding": encoding, **COMPRESSION}
+        self._writers = [pq.ParquetWriter(sink, self._schema, **options) for sink in self._sinks]
         self._ticks: list[dict[str, Array]] = []
 
     def __call__(self, loop: Loop) -> None:
@@ -111,9 +109,8 @@ class TrajectoryRecorder:
             **self._kind.take(world, loop.controller.minds),
         }
         kinds = {each.name: each.kind for each in columns_of(self._kind)}
-        self._ticks.append(
-            {name: np.broadcast_to(columns[name], shape).astype(kinds[name]) for name in kinds}
-        )
+        tick = {name: np.broadcast_to(columns[name], shape).astype(kinds[name]) for name in kinds}
+        self._ticks.append(tick)
         if len(self._ticks) * world.robots.size >= GROUP_ROWS:
             self._flush()
 
@@ -133,11 +130,9 @@ class TrajectoryRecorder:
         self._ticks.clear()
         n_ticks, _, n_robots = ticks["robot"].shape
         key = pa.DictionaryArray.from_arrays(np.zeros(n_ticks * n_robots, np.int16), [self._key])
+        columns = columns_of(self._kind)
         for world, writer in enumerate(self._writers):
-            arrays = [
-                _arrow(ticks[each.name][:, world].reshape(-1), each)
-                for each in columns_of(self._kind)
-            ]
+            arrays = [_arrow(ticks[each.name][:, world].reshape(-1), each) for each in columns]
             writer.write_table(pa.Table.from_arrays([*arrays, key], schema=self._schema))
 
 

@@ -62,14 +62,10 @@ def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
     scenario = exported.scenario
     imsave(folder / "floor.png", floor(scenario), cmap="grey", vmin=0, vmax=255)
     write_atomically(folder / "experiment.argos", experiment(exported, seed).encode())
-    words = {
-        "name": exported.name,
-        "version": version("swarm-forage"),
-        "axle": f"{scenario.robot.axle:g}",
-    }
-    write_atomically(
-        folder / "argos_controller.cpp", filled("argos_controller.cpp", words).encode()
-    )
+    axle = f"{scenario.robot.axle:g}"
+    words = {"name": exported.name, "version": version("swarm-forage"), "axle": axle}
+    controller = filled("argos_controller.cpp", words)
+    write_atomically(folder / "argos_controller.cpp", controller.encode())
 
 
 def experiment(exported: ExportedRobot, seed: int) -> str:

@@ -16,8 +16,7 @@ from baselines.evaluation.common_options import (
 
 def export(
     controller: Annotated[
-        str,
-        Argument(help="Controller, with optional parameters.", autocompletion=controller_names),
+        str, Argument(help="Controller, with optional parameters.", autocompletion=controller_names)
     ],
     target: Annotated[
         Literal["cortex-m4", "cortex-a", "x86-64", "wasm32"],

@@ -106,8 +106,7 @@ class ExportedRobot:
         self.views = {} if self._pilot is None else VIEWS
         loop = Loop(scenario, layers, [0], "kinematic", is_blank=True)
         compiled = loop.controller.compiled
-        self.message = "words"
-        """Field of the records `minds` that holds the message."""
+        self.message = "words"  # field of the records `minds` that holds the message
         self.payload: Mapping[str, Field] = {"words": PolicyMessages.fields["words"]}
         """Fields of a message."""
         self._run: Kernel = run_policy
@@ -115,9 +114,8 @@ class ExportedRobot:
         if compiled.has_beliefs:
             own = controller.estimator.layer(scenario)
             reasons["its estimator stores data of each pair of robots"] = own.shared is not None
-            reasons["its estimator receives messages by a template of its own"] = (
-                own.observe is not observe_world
-            )
+            is_own = own.observe is not observe_world
+            reasons["its estimator receives messages by a template of its own"] = is_own
             kind = cast(type[Record], own.mind.fields["message"].kind)
             self.message, self.payload, self._run = "message", kind.fields, run_robot
         is_called = loop.controller.has_rules or not compiled.firsts
@@ -190,8 +188,7 @@ class ExportedRobot:
     def vector(self) -> np.dtype[np.void]:
         """Record type of a tick in `vectors.bin`: inputs and outputs of the controller."""
         robots, minds = self.records.robots.dtype, self.records.minds.dtype
-        heard = robots["heard"]
-        slots = heard["sender"].shape[0]
+        slots = robots["heard"]["sender"].shape[0]
         received = np.dtype([
             ("range_bearing", np.float32, 3), ("n_averaged", np.float32), ("sender", np.int32),
             ("payload", minds[self.message]),

@@ -204,8 +204,7 @@ class SubsumptionParameters(Parameters):
     """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders."""
 
     avoidance: Literal["tangential", "literal"] = Field(
-        "tangential",
-        description="Way around the obstacle (chosen), or opposite to it as in TR 5.1",
+        "tangential", description="Way around the obstacle (chosen), or opposite to it as in TR 5.1"
     )
     gap: Positive = Field(
         0.011, le=0.05, description="Distance below which obstacles are avoided [m] (derived)"

@@ -188,8 +188,7 @@ class NoDivergence(Claim):
             for experiment in self.sources
             for each in cast("Sequence[WaypointEpisode]", results[experiment])
         ]
-        ours = Estimate(float(sum(lost)), None, len(lost))
-        return 0.0, ours, not any(lost), None
+        return 0.0, Estimate(float(sum(lost)), None, len(lost)), not any(lost), None
 
 
 def orders(setting: str) -> Iterator[Order]:
@@ -202,9 +201,7 @@ def orders(setting: str) -> Iterator[Order]:
         (SUCCESS, "adaptive", "goal", 2), (SUCCESS, "adaptive", "static", 2),
     ):  # fmt: skip
         for estimator in tuple(ESTIMATORS)[:n_estimators]:
-            pairs = tuple(
-                (of(estimator, higher, size), of(estimator, lower, size)) for size in SIZES
-            )
+            pairs = tuple((of(estimator, higher, n), of(estimator, lower, n)) for n in SIZES)
             words = f"{measure.words}, {ESTIMATORS[estimator]}: {higher} above {lower}"
             yield Order(f"{setting}: {words}", pairs, measure)
     reckoning, intersection, filter_ = ESTIMATORS
@@ -281,8 +278,6 @@ CLAIMS = (
 class OverDensity(PaperFigure):
     """Figure of a measure over the density of robots, with a panel for each estimator."""
 
-    name: str
-    caption: str
     setting: str
     measure: Measure
     counted: ClassVar[str] = "trials"
@@ -302,10 +297,8 @@ class OverDensity(PaperFigure):
         return mean_panels(panels, axes, caption, True, controllers)
 
     def _bars(self, results: Results, estimator: str, rule: str) -> Means:
-        ours = [
-            present(results, boids_experiment(self.setting, estimator, rule, size), self.measure)
-            for size in SIZES
-        ]
+        of_size = partial(boids_experiment, self.setting, estimator, rule)
+        ours = [present(results, of_size(size), self.measure) for size in SIZES]
         column, nobody = self.measure.column, (np.nan, np.nan)
         there = PUBLISHED if self.setting == "authors" else {}
         of_paper = [there.get((estimator, rule, size), {}).get(column, nobody) for size in SIZES]

@@ -24,13 +24,7 @@ import numpy as np
 
 from baselines.papers.beta_sweep import BETAS, BestBeta, BetaSweep
 from baselines.papers.claim_types import Claim, Contrast, NoDifference, Order
-from baselines.papers.experiments import (
-    Experiment,
-    Results,
-    recruitment_time,
-    round_trips,
-    sample,
-)
+from baselines.papers.experiments import Experiment, Results, recruitment_time, round_trips, sample
 from baselines.papers.figures import Boxes, Curves, PaperFigure, time_of_each_robot
 from baselines.papers.paper import Paper
 from baselines.papers.social_odometry import LEFT_OPEN as TR_LEFT_OPEN
@@ -76,9 +70,7 @@ def claims() -> list[Claim]:
     at_size = partial(experiment_of_size, LOCAL)
     perfect = tuple((experiment_of_size("no-error", size), at_size(size)) for size in SIZES)
     silent = tuple((at_size(size), experiment_of_size("nc", size)) for size in SIZES)
-    slower = tuple(
-        (experiment_of_size("nc", size), at_size(size)) for size in SIZES if size >= MANY
-    )
+    slower = tuple((experiment_of_size("nc", n), at_size(n)) for n in SIZES if n >= MANY)
     growing = tuple(experiment_of_size(LOCAL, size) for size in SIZES)
     return [
         BestBeta("ants2008: best beta", BetaSweep(SCENARIO), PUBLISHED_BETA),

@@ -44,9 +44,7 @@ class BetaSweep:
 
     def optimum(self, results: Results) -> Estimate:
         """Return the beta with the most round trips; its interval is a bootstrap over seeds."""
-        trips = np.array(
-            [sample(results, experiment, round_trips) for experiment in self.experiments]
-        )
+        trips = np.array([sample(results, each, round_trips) for each in self.experiments])
         n_seeds = trips.shape[1]
         draws = np.random.default_rng(0).integers(n_seeds, size=(RESAMPLES, n_seeds))
         winners = trips[:, draws].mean(axis=2).argmax(axis=0)
@@ -65,17 +63,14 @@ class BestBeta(DecidableClaim):
 
     def _verdict(self, results: Results) -> Verdict:
         ours = self.sweep.optimum(results)
-        same = bool(np.isclose(ours.value, self.published))
-        return self.published, ours, same, None
+        return self.published, ours, bool(np.isclose(ours.value, self.published)), None
 
     def effects(self, results: Results) -> list[Effect]:
         """Return the effects: the published beta makes more round trips than every other."""
         best = self.sweep.at(self.published)
-        return [
-            order_effect(*(sample(results, each, round_trips) for each in (best, other)))
-            for other in self.sweep.experiments
-            if other != best
-        ]
+        trips = sample(results, best, round_trips)
+        others = (each for each in self.sweep.experiments if each != best)
+        return [order_effect(trips, sample(results, each, round_trips)) for each in others]
 
 
 @dataclass(frozen=True)
@@ -92,11 +87,9 @@ class OptimumInsideRange(DecidableClaim):
 
     def effects(self, results: Results) -> list[Effect]:
         """Return the effects: the best beta inside makes more round trips than either end."""
-        smallest, *inside, largest = self.sweep.experiments
+        first, *inside, last = self.sweep.experiments
         best = sample(results, CrossValidatedBest(tuple(inside)), round_trips)
-        return [
-            order_effect(best, sample(results, end, round_trips)) for end in (smallest, largest)
-        ]
+        return [order_effect(best, sample(results, end, round_trips)) for end in (first, last)]
 
 
 @dataclass(frozen=True)
@@ -117,8 +110,5 @@ class OtherBetasBelow(Above):
         """Return the effects: the reference makes more round trips than every beta but the best."""
         best = self.sweep.at(self.sweep.optimum(results).value)
         base = sample(results, self.reference, round_trips)
-        return [
-            order_effect(base, sample(results, each, round_trips))
-            for each in self.sweep.experiments
-            if each != best
-        ]
+        others = (each for each in self.sweep.experiments if each != best)
+        return [order_effect(base, sample(results, each, round_trips)) for each in others]

@@ -133,9 +133,7 @@ def _mean(results: Results, experiment: Experiment, metric: Metric) -> str:
     """Return a mean, marked if it is better or worse than that of `ssgikf`."""
     ours, bases = present_pairs(results, experiment, base(experiment.scenario), metric)
     mean = mean_interval(ours)
-    if metric is round_trips:
-        return _marked(mean, 0, ours, bases)
-    return _marked(mean, 1, bases, ours)
+    return _marked(mean, 0, ours, bases) if metric is round_trips else _marked(mean, 1, bases, ours)
 
 
 def _ratios(results: Results, orders: Sequence[Order], columns: Sequence[str]) -> str:
@@ -143,12 +141,9 @@ def _ratios(results: Results, orders: Sequence[Order], columns: Sequence[str]) -
     for order in orders:
         sides = (present_pairs(results, *each, order.metric) for each in order.pairs)
         title, _, _ = order.text.rpartition(", every ")
-        lines.append([title, *(_ratio(*each) for each in sides)])
+        ratios = ((compare(*each).ratio if each[0] else None, each) for each in sides)
+        lines.append([title, *(_marked(ratio, 2, *each) for ratio, each in ratios)])
     return markdown(["ratio", *columns], lines)
-
-
-def _ratio(more: Sequence[float], less: Sequence[float]) -> str:
-    return _marked(compare(more, less).ratio if more else None, 2, more, less)
 
 
 def _marked(

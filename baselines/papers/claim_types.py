@@ -74,9 +74,7 @@ class Effect:
     @property
     def estimate(self) -> Estimate | None:
         """Mean, or ratio of the means; None without values, and for a ratio to zero."""
-        if self.is_mean:
-            return mean_interval(self.values)
-        return compare(self.values, self.base).ratio
+        return mean_interval(self.values) if self.is_mean else compare(self.values, self.base).ratio
 
     @property
     def range(self) -> str:

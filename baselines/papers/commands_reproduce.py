@@ -32,12 +32,10 @@ PAPER_NAMES = (
 
 def reproduce(  # noqa: PLR0913 the options of a command
     paper: Annotated[
-        str,
-        Argument(help="Name of a paper or study.", autocompletion=completion_of(PAPER_NAMES)),
+        str, Argument(help="Name of a paper or study.", autocompletion=completion_of(PAPER_NAMES))
     ],
     quick: Annotated[
-        bool,
-        Option("--quick", help=f"{QUICK_EPISODES} replications: less exact."),
+        bool, Option("--quick", help=f"{QUICK_EPISODES} replications: less exact.")
     ] = False,
     episodes: Annotated[
         str | None,

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import ClassVar
 
@@ -23,15 +24,7 @@ from baselines.evaluation.figure_page import (
 )
 from baselines.evaluation.line_plots import BANDS, Means, curve_panels, mean_curve
 from baselines.evaluation.plot_style import INK
-from baselines.papers.experiments import (
-    Metric,
-    Results,
-    Source,
-    UsesFields,
-    present,
-    round_trips,
-    sample,
-)
+from baselines.papers.experiments import Metric, Results, Source, UsesFields, present, round_trips
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
@@ -42,6 +35,7 @@ DARK = 0.9  # |log2 ratio| from which the colours of a heat map are dark
 Against = tuple[Source, Source]  # a source, and the base that it is compared with
 
 
+@dataclass(frozen=True)
 class PaperFigure(UsesFields):
     """Base of the figures of a paper."""
 
@@ -67,8 +61,6 @@ class PaperFigure(UsesFields):
 class Boxes(PaperFigure):
     """Box plots of a metric, with a panel for each setup."""
 
-    name: str
-    caption: str
     axes: tuple[str, str]  # names of x and y
     panels: Mapping[str, Mapping[str, Mapping[str, Source]]]  # by panel, tick of x and series
     metric: Metric = round_trips  # episodes with NaN are left out
@@ -77,9 +69,7 @@ class Boxes(PaperFigure):
     def _draw(self, results: Results, caption: Caption) -> Figure:
         panels = {
             title: {
-                tick: {
-                    name: present(results, source, self.metric) for name, source in series.items()
-                }
+                tick: {name: present(results, each, self.metric) for name, each in series.items()}
                 for tick, series in panel.items()
             }
             for title, panel in self.panels.items()
@@ -97,8 +87,6 @@ class Boxes(PaperFigure):
 class Curves(PaperFigure):
     """Mean curves over time or number of robots, with a panel for each setup."""
 
-    name: str
-    caption: str
     axes: tuple[str, str]  # names of x and y
     panels: Mapping[str, Mapping[str, Source]]  # sources by panel and series
     curve: Callable[[Sequence[ForagingEpisode]], Means]
@@ -109,9 +97,7 @@ class Curves(PaperFigure):
             title: {name: self.curve(source.draw(results)) for name, source in panel.items()}
             for title, panel in self.panels.items()
         }
-        controllers = controllers_of(
-            each for panel in self.panels.values() for each in panel.items()
-        )
+        controllers = controllers_of(chain(*(panel.items() for panel in self.panels.values())))
         return curve_panels(panels, self.axes, caption, controllers)
 
 
@@ -119,8 +105,6 @@ class Curves(PaperFigure):
 class RatioMaps(PaperFigure):
     """Heat maps of round trips as a multiple of those of a base, with a panel for each setup."""
 
-    name: str
-    caption: str
     panels: Mapping[str, Mapping[str, Mapping[str, Against]]]
     """Source and base by panel, row and column; a base against itself shows its round trips."""
     reading: ClassVar[str] = "White: as many; blue: more; red: fewer."
@@ -151,7 +135,7 @@ def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]
 
 def mean_trips(results: Results, source: Source) -> float:
     """Return the mean round trips of a source."""
-    return float(np.mean(sample(results, source, round_trips)))
+    return float(np.mean(present(results, source, round_trips)))
 
 
 def ratio_of_trips(results: Results, source: Source, base: Source) -> float:
@@ -199,5 +183,4 @@ def write_figures(
         with page_style(style):
             figure = paper_figure.draw(results, command)
             for ending in ENDINGS[style]:
-                file = folder / f"{paper_figure.name}{ending}"
-                save_figure(figure, file, paper_figure.caption)
+                save_figure(figure, folder / f"{paper_figure.name}{ending}", paper_figure.caption)

@@ -24,15 +24,7 @@ from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.runner import evaluate
 from baselines.papers.claim_types import DecidableClaim
 from baselines.papers.experiments import Experiment, Results
-from baselines.papers.open_prior import (
-    PRIOR,
-    Value,
-    configuration,
-    named,
-    place_of,
-    today,
-    values_of,
-)
+from baselines.papers.open_prior import Value, configuration, named, place_of, today, values_of
 from baselines.papers.open_search import (
     OTHERS,
     Draws,
@@ -76,10 +68,8 @@ def measured_beta(controller: str) -> str:
     name, is_swept, beta = controller.partition(":beta=")
     if not is_swept:
         return controller
-    return min(
-        (each for each in OTHERS if each.startswith(name)),
-        key=lambda each: abs(math.log(float(each.partition("=")[2]) / float(beta))),
-    )
+    swept = (each for each in OTHERS if each.startswith(name))
+    return min(swept, key=lambda each: abs(math.log(float(each.partition("=")[2]) / float(beta))))
 
 
 def holds(claim: DecidableClaim, results: Results) -> bool:
@@ -165,7 +155,7 @@ class Sets:
 def sets_in(file: Path) -> Sets:
     """Read and judge the sets of a file."""
     draws, episodes = sets_of(load(file))
-    prior = np.random.default_rng(0).random((N_PRIOR, len(PRIOR)))
+    prior = np.random.default_rng(0).random((N_PRIOR, draws.shape[1]))
     es1, es2 = (probabilities(prior, draws, episodes, arena) for arena in ARENAS)
     numbers = {a: np.array([numbers_of(each, a) for each in episodes]) for a in ARENAS}
     far = {a: np.array([distance(each, a) for each in episodes]) for a in ARENAS}

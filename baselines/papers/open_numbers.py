@@ -62,9 +62,7 @@ def n_held(each: Mapping[str, Any]) -> int:
 
 def cell(value: Value) -> str:
     """Format a value for a table."""
-    if isinstance(value, float):
-        return shown(value)
-    return str(value).lower()
+    return shown(value) if isinstance(value, float) else str(value).lower()
 
 
 def posterior_of(sets: Sets, name: str, weights: Float64[Array, " draws"]) -> str:
@@ -165,9 +163,7 @@ def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     never = [each.text for each in claims_of(*CHECKED) if each.text not in ever]
 
     def scores_of(k: int) -> str:
-        scores = (
-            f"{of[k]} of {len(claims_of(arena))} of {arena}" for arena, of in sets.scores.items()
-        )
+        scores = (f"{of[k]} of {len(claims_of(a))} of {a}" for a, of in sets.scores.items())
         return f"{total[k]}: {', '.join(scores)}"
 
     return {
@@ -229,10 +225,7 @@ app = typer.Typer(name=COMMAND, add_completion=False)
 @stoppable()
 def command(
     sets: Annotated[int, Option(min=0, help="Number of sets in all, stored ones included.")] = 0,
-    arenas: Annotated[
-        int,
-        Option(min=0, help="Best of es1 and es2 to measure in all arenas."),
-    ] = 0,
+    arenas: Annotated[int, Option(min=0, help="Best of es1 and es2 to measure in all arenas.")] = 0,
     best: Annotated[int, Option(min=0, help="Best in all arenas to check in other worlds.")] = 0,
     physics: Annotated[str, Option(help="Engine of the checks.")] = "rigid",
     seed: Annotated[int, Option(min=0, help="Seed of the search.")] = 0,

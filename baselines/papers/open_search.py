@@ -39,8 +39,7 @@ from swarm_forage_env.loop import Loop
 
 Draws = Float64[Array, "draws numbers"]  # points of the unit cube, where the prior is uniform
 
-BATCH, THREADS = 32, 2
-"""Sets measured before each save; number of threads that measure them."""
+BATCH, THREADS = 32, 2  # sets measured before each save; number of threads that measure them
 
 FIRST, EVEN, CANDIDATES, FEWEST = 256, 0.1, 20_000, 32
 """Sets before the first emulator; share of the later sets drawn from the plain prior; draws of the

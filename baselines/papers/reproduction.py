@@ -155,9 +155,8 @@ class Reproduction:
         texts = {self.folder / "claims.json": report.to_json(self.claim_results) + "\n"}
         if self.decided:
             texts[self.folder / "decisions.json"] = report.decisions_json(self.decided) + "\n"
-        texts[self.page] = report.page(
-            self.paper, self.claim_results, self.results, self.command, self.decided
-        )
+        judged = self.claim_results, self.results, self.command, self.decided
+        texts[self.page] = report.page(self.paper, *judged)
         for file, text in texts.items():
             write_atomically(file, text.encode())
         self.files = list(texts)

@@ -144,8 +144,6 @@ def above_at_shown(rule: str, other: str, fault: str) -> Order:
 class OverShare(PaperFigure):
     """Figure of the round trips of sound robots over the share of faulty ones."""
 
-    name: str
-    caption: str
     faults: Sequence[str]
     reading: ClassVar[str] = "Means with 95 % bootstrap intervals."
 
@@ -167,8 +165,7 @@ class OverShare(PaperFigure):
         shares = (0.0, *SHARES)
         estimates = [mean_interval(trips(results, rule, fault, share)) for share in shares]
         ends = [(each.value, *each.ends) for each in estimates if each is not None]
-        mean, low, high = np.array(ends).T
-        return Means(100.0 * np.array(shares), mean, low, high)
+        return Means(100.0 * np.array(shares), *np.array(ends).T)
 
 
 ABOUT = "Round trips of a sound robot over the share of faulty ones in es1"

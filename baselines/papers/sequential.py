@@ -32,8 +32,7 @@ class Decided:
 
     claim: str
     range: str  # range in which the paper places the effect
-    ours: float
-    """Mean, or ratio of the means, of the effect that decides the claim."""
+    ours: float  # mean, or ratio of the means, of the effect that decides the claim
     low: float
     high: float  # its interval; infinite where the mean of the base may be zero
     n: int  # episodes of each experiment

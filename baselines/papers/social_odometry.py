@@ -47,9 +47,8 @@ REAL_BETA = "beta=0.01"  # the only one run on the real robots (TR 6.2)
 
 def strategies(setup: str) -> dict[str, Source]:
     """Return the five strategies of a setup by name; SGIFF has its best beta."""
-    of: dict[str, Source] = {
-        name.upper(): Experiment(setup, name) for name in ("nc", "ssgikf", "dsgikf")
-    }
+    plain = "nc", "ssgikf", "dsgikf"
+    of: dict[str, Source] = {name.upper(): Experiment(setup, name) for name in plain}
     for name in ("ssgiff", "dsgiff"):
         real = Experiment(setup, f"{name}:{REAL_BETA}")
         of[name.upper()] = real if setup == "real" else BetaSweep(setup, name).best

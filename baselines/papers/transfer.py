@@ -145,10 +145,8 @@ CAPTION = (
 )
 RATIOS = {
     axis: {
-        controller: {
-            name.replace("-", "\n"): pair(controller, world) for name, world in worlds.items()
-        }
-        for controller in (BASE, *POLICIES)
+        each: {name.replace("-", "\n"): pair(each, world) for name, world in worlds.items()}
+        for each in (BASE, *POLICIES)
     }
     for axis, worlds in AXES.items()
 }

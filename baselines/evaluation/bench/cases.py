@@ -115,9 +115,8 @@ class _DictionaryCase(Case):
         from swarm_forage_env import parallel_env
         from swarm_forage_env.envs.keywords import OwnName
 
-        env = parallel_env(
-            self.scenario, controller=CONTROLLER, physics=OwnName(physics), decision_period=1
-        )
+        engine = OwnName(physics)
+        env = parallel_env(self.scenario, controller=CONTROLLER, physics=engine, decision_period=1)
         agents = env.possible_agents
         wheels = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
         return self._driven(env.reset, env.step, wheels, quick)
@@ -146,10 +145,7 @@ def all_cases() -> list[Case]:
         _DictionaryCase("es1, dicts", es1),
         Case("es2", find_scenario("es2")),
         Case("es3", es3),
-        *(
-            Case(name, enlarged(es3, factor), is_spread=True, warm_up=300)
-            for name, factor in spread.items()
-        ),
+        *(Case(name, enlarged(es3, k), is_spread=True, warm_up=300) for name, k in spread.items()),
     ]
 
 

@@ -95,9 +95,8 @@ def peak_memory() -> float:
 def _run(code: str, *arguments: str, cache: str | None = None) -> str:
     environment = os.environ | ({"XDG_CACHE_HOME": cache} if cache else {})
     command = sys.executable, "-c", code, *arguments
-    return subprocess.run(
-        command, env=environment, check=True, text=True, capture_output=True
-    ).stdout
+    ended = subprocess.run(command, env=environment, check=True, text=True, capture_output=True)
+    return ended.stdout
 
 
 ENGINES = ("rigid", "kinematic")

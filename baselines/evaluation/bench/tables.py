@@ -111,8 +111,7 @@ def check(measured: Measured) -> list[Measured]:
     return _verdicts(least, most)
 
 
-Budget = tuple[str, float, float, str]
-"""Name, measured value, budget and unit."""
+Budget = tuple[str, float, float, str]  # name, measured value, budget and unit
 
 
 def _verdicts(least: list[Budget], most: list[Budget]) -> list[Measured]:

@@ -1,12 +1,12 @@
 """Figures of a metric: box plots, and tables of its means by motion and localisation."""
 
 import json
-import logging
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
+from baselines.evaluation.dataset import LOGGER
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.figures.base import (
@@ -41,19 +41,14 @@ def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure
     return box_panels(panels, ("", axis), caption)
 
 
-LOGGER = logging.getLogger("swarm-forage")
-
 LOCALISATION = "estimator"  # the layer that a row of the table varies
 
 
 @figure("table", *SELECTION, "metric")
 def draw_table(options: PlotOptions) -> Figure:
     """Draw a table of means: a row for each motion, a column for each localisation."""
-    varied = {
-        each.label(LOCALISATION)
-        for each in options.groups
-        if LOCALISATION in json.loads(each.parameters)
-    }
+    named = [each for each in options.groups if LOCALISATION in json.loads(each.parameters)]
+    varied = {each.label(LOCALISATION) for each in named}
     combined = [each for each in options.groups if each.label(LOCALISATION) in varied]
     if not combined:
         raise ConfigError(

@@ -1,13 +1,13 @@
 """Line plots: a metric over one setting, such as beta; shares of the robots over time."""
 
 import json
-import logging
 from collections.abc import Callable, Sequence
 from itertools import chain
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.evaluation.dataset import LOGGER
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figures.base import SELECTION, PlotOptions, by_setup, figure, sample
 from baselines.evaluation.line_plots import (
@@ -26,8 +26,6 @@ from swarm_forage_env.parameters import resolve
 
 AXES = {"task.n_robots": "robots", "radio.max_range": "radio range"}
 """Axis names of settings; others are named by the last part of their dotted name."""
-
-LOGGER = logging.getLogger("swarm-forage")
 
 
 @figure("curve", *SELECTION, "metric", "x")
@@ -96,11 +94,7 @@ def _too_few(x: str, groups: Sequence[EpisodeGroup]) -> str:
 
 
 def _numeric(group: EpisodeGroup) -> dict[str, float]:
-    return {
-        name: value
-        for name, value in group.numbers.items()
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    }
+    return {name: value for name, value in group.numbers.items() if type(value) in (int, float)}
 
 
 def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[str, dict[str, list[EpisodeGroup]]]:
@@ -121,8 +115,7 @@ def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[str, dict[str, list[
 
 def _means(options: PlotOptions, groups: Sequence[EpisodeGroup], x: str) -> Means:
     rows = [(float(group.numbers[x]), *_mean(options, group)) for group in groups]
-    at, mean, low, high = np.array(rows).T
-    return Means(at, mean, low, high)
+    return Means(*np.array(rows).T)
 
 
 def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, float]:

@@ -31,10 +31,8 @@ class Span(_Entry):
 class Point(_Entry):
     """One evaluation of a policy during its training."""
 
-    simulated_s: float = Field(ge=0.0)
-    """Simulated time so far, summed over worlds [s]."""
-    round_trips: dict[str, Span]
-    """Round trips by scenario."""
+    simulated_s: float = Field(ge=0.0)  # simulated time so far, summed over worlds [s]
+    round_trips: dict[str, Span]  # by scenario
 
 
 class TrainingCard(_Entry):
@@ -102,5 +100,5 @@ def _names(files: Sequence[Path]) -> list[str]:
 def _curve(card: TrainingCard, scenario: str) -> Means:
     points = [point for point in card.curve if scenario in point.round_trips]
     spans = [point.round_trips[scenario] for point in points]
-    mean, low, high = np.array([(each.mean, each.low, each.high) for each in spans]).T
-    return Means(np.array([point.simulated_s / HOUR for point in points]), mean, low, high)
+    means = np.array([(each.mean, each.low, each.high) for each in spans])
+    return Means(np.array([point.simulated_s / HOUR for point in points]), *means.T)

@@ -4,7 +4,6 @@ The positions come from a trajectory file of `evaluate --trajectories`. Without 
 run again, and its round trips must equal those in the dataset.
 """
 
-import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.evaluation.dataset import LOGGER
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
@@ -23,8 +23,6 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import stage_of, task_of
-
-LOGGER = logging.getLogger("swarm-forage")
 
 CELL = 0.02  # approximate side of a cell [m]; the cells fill the arena
 
@@ -94,7 +92,7 @@ def _of_controllers(options: PlotOptions) -> Iterator[PathDensity]:
                 f"scenario '{each.scenario.name}': must be one in which robots forage, such as es1"
             )
         setup = f"{each.scenario.name}, {each.physics}"
-        yield _run(each, setup, each.label, request.seeds()[0])
+        yield _run(each, setup, each.label, request.seeds()[0], None)
 
 
 def _check_same_code(group: EpisodeGroup) -> None:
@@ -115,9 +113,7 @@ def _stored_places(file: Path) -> Iterator[Array]:
     yield np.asarray(places[table["t"].to_numpy() > 0.0], np.float64)
 
 
-def _run(
-    of: ExperimentConfig, setup: str, label: str, seed: int, trips: int | None = None
-) -> PathDensity:
+def _run(of: ExperimentConfig, setup: str, label: str, seed: int, trips: int | None) -> PathDensity:
     """Run an episode; ConfigError if its round trips differ from `trips`."""
     LOGGER.warning("running %s, %s, seed %d", setup, label, seed)
     loop = Loop(of.scenario, of.controller, [seed], of.physics)

@@ -31,10 +31,8 @@ PREY = 1  # the area that the exchange is about
 def draw(options: PlotOptions) -> Figure:
     """Draw the weights of the controllers in `sources`; ConfigError for one without paths."""
     maps = {
-        f"{100 * disagreement:g} cm apart": {
-            name: _map(name, disagreement) for name in options.sources
-        }
-        for disagreement in DISAGREEMENTS
+        f"{100 * apart:g} cm apart": {name: _map(name, apart) for name in options.sources}
+        for apart in DISAGREEMENTS
     }
     text = (
         f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
@@ -45,7 +43,7 @@ def draw(options: PlotOptions) -> Figure:
     return weight_panels(maps, LONGEST, options.caption(text))
 
 
-def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
+def _map(name: str, apart: float) -> Float64[Array, "heard own"]:
     """Return the weight g over the partner's path (rows) and the own path (columns)."""
     controller = find_layered_controller(name)
     if type(controller.estimator) is not SocialOdometryParameters:
@@ -55,9 +53,8 @@ def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
         )
     grid = np.linspace(0.0, LONGEST, STEPS)
     own, heard = (each.ravel() for each in np.meshgrid(grid, grid))
-    exchange = _exchanges(own, heard + controller.estimator.message_path, disagreement)
-    g = _rule(controller)(exchange)
-    return np.asarray(g[:, PREY], np.float64).reshape(STEPS, STEPS)
+    exchange = _exchanges(own, heard + controller.estimator.message_path, apart)
+    return np.asarray(_rule(controller)(exchange)[:, PREY], np.float64).reshape(STEPS, STEPS)
 
 
 def _rule(controller: LayeredController) -> Callable[[Array], Array]:
@@ -76,14 +73,12 @@ def _rule(controller: LayeredController) -> Callable[[Array], Array]:
     return rule
 
 
-def _exchanges(
-    own: Float64[Array, " rows"], heard: Float64[Array, " rows"], disagreement: float
-) -> Array:
+def _exchanges(own: Float64[Array, " rows"], heard: Float64[Array, " rows"], apart: float) -> Array:
     """Return synthetic exchanges about the prey, one for each pair of paths [m]."""
     exchange = Exchange.array((len(own),)).view(np.recarray)
     exchange.is_valid = exchange.own_known = exchange.heard_known = 1.0
     exchange.goal = np.eye(3)[PREY]
     exchange.own_p, exchange.heard_p = (np.stack([p / 4, p], axis=1) for p in (own, heard))
-    exchange.disagreement, exchange.range, exchange.n_averaged = disagreement, RANGE, MESSAGES
+    exchange.disagreement, exchange.range, exchange.n_averaged = apart, RANGE, MESSAGES
     exchange.own_distance = exchange.heard_distance = AWAY
     return exchange
