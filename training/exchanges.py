@@ -26,7 +26,6 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.record import Rows, rows
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
@@ -147,7 +146,6 @@ class RecordingWeighting:
     """Weighting by a network that records all exchanges with their true errors."""
 
     numbers: Float32[Array, " numbers"]  # flat weights of the network
-    layout: FieldLayout  # layout of the observations that are recorded
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
     """Exchanges so far, in the order of the ticks in which they ended."""
@@ -163,6 +161,7 @@ class RecordingWeighting:
     ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
         """Start the weighting, with access to the beliefs and to the ground truth."""
         layer = self.architecture.layer(self.numbers, world.scenario)
+        layout = observation_layout("weighting", world.scenario)
         weigh = RowWeighting(layer, is_told if self.remembers else is_weighed)
         is_double = running.estimator.numbers["double"] > 0.0
 
@@ -172,9 +171,11 @@ class RecordingWeighting:
                 is_recorded |= (exchange.heard_known > 0.0) & ~(exchange.own_known > 0.0)
             row, area = np.nonzero(is_recorded)
             own, heard = errors(running.minds, world)
-            observed = self.layout.matrix({"exchange": exchange})[row]
+            observed = layout.matrix({"exchange": exchange})[row]
             if self.remembers:
-                observed = np.concatenate([observed, _remembered(exchange, row, area)], axis=1)
+                more = [exchange[name] for name in REMEMBERED]
+                chosen = [each[row, area] if each.ndim > 1 else each[row] for each in more]
+                observed = np.column_stack([observed, *chosen])
             known = exchange.own_known[row, area]
             columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
             self.recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
@@ -195,13 +196,6 @@ def is_told(exchange: Exchange, area: int) -> bool:
     return bool(exchange.heard_known[area])
 
 
-def _remembered(exchanges: Array, row: Array, area: Array) -> Float32[Array, "chosen numbers"]:
-    """Return the remembered features of the chosen rows, of one area each."""
-    columns = [exchanges[name] for name in REMEMBERED]
-    chosen = [each[row, area] if each.ndim > 1 else each[row] for each in columns]
-    return np.stack(chosen, axis=1, dtype=np.float32)
-
-
 def record_exchanges(
     scenario: Scenario,
     controller: LayeredController,
@@ -210,11 +204,11 @@ def record_exchanges(
     physics: str,
 ) -> Exchanges:
     """Run whole episodes under a network, and return all exchanges with their true errors."""
-    layout = observation_layout("weighting", scenario)
-    weighting = RecordingWeighting(numbers, layout, network_over(controller.estimator))
+    weighting = RecordingWeighting(numbers, network_over(controller.estimator))
     loop = Loop(scenario, replace(controller, weighting=weighting), seeds, physics)
     loop.run(scenario.n_ticks)
-    n_features = len(layout) + (len(REMEMBERED) if weighting.remembers else 0)
+    n_features = len(observation_layout("weighting", scenario))
+    n_features += len(REMEMBERED) if weighting.remembers else 0
     return Exchanges.of(weighting.recorded, n_features)
 
 

@@ -87,10 +87,8 @@ class Experiment:
         self._check_numbers()
         self._check_worlds()
         self._check_device()
-        if self.algorithm == "cma" and self.layer == "motion":
-            self._check_linear_motion()
-
-    def _check_linear_motion(self) -> None:
+        if self.algorithm != "cma" or self.layer != "motion":
+            return
         policy = self.policy_of("motion")
         if policy is not None:
             LINEAR_MOTION.numbers_of(policy)

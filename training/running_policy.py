@@ -45,17 +45,13 @@ class PolicyActor:
         self(observed, np.zeros(n, np.uint64), states)
 
     def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
-        """Return the actions of one decision. ConfigError for actions or states that do not fit."""
+        """Return the clipped actions of one decision; ConfigError for NaN and what does not fit."""
         draws = None
         if self._chance:
             is_discrete = self._action.is_discrete
             draws = np.empty((len(observed), 1 if is_discrete else len(self._action.layout)))
             draw_rows(streams, draws, not is_discrete)
-        actions, states[...] = self._act(observed, draws, states.copy())
-        return self._usable(actions)
-
-    def _usable(self, output: object) -> Rows:
-        """Return actions of the layers, clipped. ConfigError for NaN and what does not fit."""
+        output, states[...] = self._act(observed, draws, states.copy())
         array = as_array(output, f"policy {self._source}: gives no array of actions")
         space, is_finite = self._space, array.dtype.kind == "f" and np.isfinite(array).all()
         if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:

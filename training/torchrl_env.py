@@ -123,11 +123,9 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         on = torch_device(where) if where == "cuda" else device
         super().__init__(device=on, batch_size=[n_worlds])
         self.return_state, self.categorical_actions = return_state, categorical_actions
-        self._is_one_hot = bool(env.config.discrete) and not categorical_actions
         self.group = env.learners[0].rpartition("_")[0]
         self.group_map = {self.group: list(env.learners)}
         self.max_cycles = env.max_cycles
-        self._title = title_of(self.array_env)
         self._view: Viewer | None = None
         self._seeds: list[int | None] = [None] * n_worlds
         self._per_robot = torch.Size((n_worlds, len(env.learners)))
@@ -159,7 +157,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         """Draw the first world; return its frame, (height, width, RGB), or None if in a window."""
         if self._view is None:
             check_render_mode(mode)
-            stage = stage_of(self.array_env.world.scenario, self._title)
+            stage = stage_of(self.array_env.world.scenario, title_of(self.array_env))
             self._view = Viewer(stage, mode, width)
         return self._view.draw(self.array_env.download().loop.scene())
 
@@ -193,7 +191,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     def _step(self, tensordict: TensorDictBase) -> TensorDict:
         follow_stream(self.array_env)
         action = tensordict.get((self.group, "action"))
-        if self._is_one_hot:
+        if self.array_env.config.discrete and not self.categorical_actions:
             action = action.to(torch.uint8).argmax(-1)
         array = array_for(self.array_env, action)
         observations, rewards, _, _, infos = self.array_env.step(array)
