@@ -23,8 +23,8 @@ from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from swarm_forage_env.worlds_on_cpu import checked_device
-from training.learned_weighting import LearnedWeighting
-from training.linear_motion_policy import LINEAR_MOTION, LearnedMotion
+from training.learned_weighting import LearnedLayer
+from training.linear_motion_policy import LINEAR_MOTION
 from training.policy_file import LayerName, Policy, load_policy, observation_features
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
@@ -175,9 +175,7 @@ class Experiment:
     def policy_of(self, layer: LayerName) -> Policy | None:
         """Return the policy of a layer of the controller; None if the layer is hand-written."""
         part = self.base_controller.layers[layer]
-        if isinstance(part, LearnedWeighting | LearnedMotion):
-            return load_policy(part.policy)
-        return None
+        return load_policy(part.policy) if isinstance(part, LearnedLayer) else None
 
     @property
     def layers(self) -> tuple[LayerName, ...]:

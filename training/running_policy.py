@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
+from swarm_forage_env.arrays import Array, Bool, UInt64
 from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.decision import Observing
 from swarm_forage_env.envs.policy_form import PolicyForm
@@ -108,7 +108,10 @@ class RunningForeignPolicy:
         ticks, period = self._world.worlds["ticks"], self._form.config.period
         due = np.flatnonzero(ticks % period == 0)
         if len(due):
-            observed = self._seen(ticks // period, due)
+            decisions, modes = ticks // period, np.full(self._world.n_worlds, SKIP, np.int8)
+            modes[due] = np.where(decisions[due] == 0, START, RUN)
+            time_left = 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
+            observed = self._observing(self._held, modes, time_left)  # valid where it is due
             for world in due:
                 self._held[world] = self._actor(
                     observed[world], self._streams[world], self._states[world]
@@ -160,15 +163,6 @@ class RunningForeignPolicy:
             claimed[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
         self._form.mark_replaced_layers(action, claimed)
         return claimed
-
-    def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
-        """Return the robots' observations, which are valid in worlds where a decision is due."""
-        modes = np.full(self._world.n_worlds, SKIP, np.int8)
-        modes[due] = np.where(decisions[due] == 0, START, RUN)
-        observed: Float32[Array, "worlds robots numbers"] = self._observing(
-            self._held, modes, 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
-        )
-        return observed
 
     def _act(self, claimed: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions of the policy, without changing those of learners."""

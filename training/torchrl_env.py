@@ -230,12 +230,11 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         observations: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
         if self.return_state:
             observations["state"] = _spec(env.state_space, worlds)
-        reward_spec = {"reward": Unbounded(shape=(*per_robot, 1))}
         flag = Categorical(2, shape=(1,), dtype=torch.bool)
-        specs = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
+        actions = _spec(env.action_space, per_robot, self.categorical_actions)
         self.observation_spec = Composite(observations, shape=worlds).to(self.device)
-        self.action_spec = self._of_group(specs)
-        self.reward_spec = self._of_group(reward_spec)
+        self.action_spec = self._of_group({"action": actions})
+        self.reward_spec = self._of_group({"reward": Unbounded(shape=(*per_robot, 1))})
         ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
         of_worlds = {name: flag.expand(*worlds, 1) for name in ENDS}
         self.done_spec = self._of_group(ends).update(of_worlds)
