@@ -26,6 +26,7 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.record import Rows, rows
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
@@ -146,6 +147,7 @@ class RecordingWeighting:
     """Weighting by a network that records all exchanges with their true errors."""
 
     numbers: Float32[Array, " numbers"]  # flat weights of the network
+    layout: FieldLayout  # layout of the observations that are recorded
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
     """Exchanges so far, in the order of the ticks in which they ended."""
@@ -161,7 +163,6 @@ class RecordingWeighting:
     ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
         """Start the weighting, with access to the beliefs and to the ground truth."""
         layer = self.architecture.layer(self.numbers, world.scenario)
-        layout = observation_layout("weighting", world.scenario)
         weigh = RowWeighting(layer, is_told if self.remembers else is_weighed)
         is_double = running.estimator.numbers["double"] > 0.0
 
@@ -171,7 +172,7 @@ class RecordingWeighting:
                 is_recorded |= (exchange.heard_known > 0.0) & ~(exchange.own_known > 0.0)
             row, area = np.nonzero(is_recorded)
             own, heard = errors(running.minds, world)
-            observed = layout.matrix({"exchange": exchange})[row]
+            observed = self.layout.matrix({"exchange": exchange})[row]
             if self.remembers:
                 more = [exchange[name] for name in REMEMBERED]
                 chosen = [each[row, area] if each.ndim > 1 else each[row] for each in more]
@@ -204,11 +205,11 @@ def record_exchanges(
     physics: str,
 ) -> Exchanges:
     """Run whole episodes under a network, and return all exchanges with their true errors."""
-    weighting = RecordingWeighting(numbers, network_over(controller.estimator))
+    layout = observation_layout("weighting", scenario)
+    weighting = RecordingWeighting(numbers, layout, network_over(controller.estimator))
     loop = Loop(scenario, replace(controller, weighting=weighting), seeds, physics)
     loop.run(scenario.n_ticks)
-    n_features = len(observation_layout("weighting", scenario))
-    n_features += len(REMEMBERED) if weighting.remembers else 0
+    n_features = len(layout) + (len(REMEMBERED) if weighting.remembers else 0)
     return Exchanges.of(weighting.recorded, n_features)
 
 

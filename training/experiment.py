@@ -134,13 +134,10 @@ class Experiment:
         check_physics(self.physics)
         for scenario in self.scenarios_by_name.values():
             self.base_controller.check_supports(scenario)
-        seen = {
-            name: observation_features(self.layer, each)
-            for name, each in self.scenarios_by_name.items()
-        }
-        first = next(iter(seen))
-        for name, features in seen.items():
-            if features != seen[first]:
+        (first, scenario), *others = self.scenarios_by_name.items()
+        features = observation_features(self.layer, scenario)
+        for name, each in others:
+            if observation_features(self.layer, each) != features:
                 raise ConfigError(
                     f"scenarios '{first}' and '{name}': a policy observes other features in"
                     " each, so that none fits both; radio.slots determines their number"
