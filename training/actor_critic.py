@@ -158,7 +158,8 @@ class ActorCritics(nn.Module):
                 f"{len(policies)} policies side by side: must be dense layers of the same sizes"
             )
         first = policies[0]
-        self._shapes = [[each.shape for each in net.parameters()] for net in _networks(first)]
+        networks = first.actor, first.critic
+        self._shapes = [[each.shape for each in net.parameters()] for net in networks]
         self._sizes = [*map(math.prod, self._shapes[0]), len(first.log_std)]
         zeros = first.log_std.new_zeros((2 * len(policies), sum(self._sizes)))
         self.numbers, self._names = nn.Parameter(zeros), list(dict(first.named_parameters()))
@@ -173,7 +174,7 @@ class ActorCritics(nn.Module):
         """Return whether all policies are dense layers of the same sizes."""
         if not all(type(each) is ActorCritic for each in policies):
             return False
-        networks = [net for each in policies for net in _networks(each)]
+        networks = [net for each in policies for net in (each.actor, each.critic)]
         return len({net.sizes[:-1] if isinstance(net, Dense) else net for net in networks}) == 1
 
     def outputs(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -202,10 +203,6 @@ class ActorCritics(nn.Module):
             parts = zip(torch.split(row, self._sizes), shapes, strict=False)
             views += [part[: math.prod(shape)].view(shape) for part, shape in parts]
         return dict(zip(self._names, views, strict=True))
-
-
-def _networks(policy: ActorCritic) -> tuple[nn.Module, nn.Module]:
-    return policy.actor, policy.critic
 
 
 def log_probs_of(actions: Tensor, mean: Tensor, log_std: Tensor) -> Tensor:

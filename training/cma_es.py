@@ -63,6 +63,7 @@ class CMAESTraining(NetworkTraining):
         super().__init__(experiment, ARCHITECTURES[layer], sizes, backend)
         sigma = INITIAL_SIGMA[layer]
         self._search = CMA(start, sigma, population_size=experiment.population)
+        self._candidates = self._search.population_size
         self._populations = np.zeros((0, self._candidates, len(start)), np.float32)
         self._losses = np.zeros((0, self._candidates), np.float64)
         self._open()
@@ -113,10 +114,6 @@ class CMAESTraining(NetworkTraining):
         self._populations, self._losses = arrays["populations"], arrays["losses"]
         for population, losses in zip(self._populations, self._losses, strict=True):
             self._tell(population, losses)
-
-    @property
-    def _candidates(self) -> int:
-        return int(self._search.population_size)
 
     def _tell(self, population: Float32[Array, "n numbers"], losses: Float64[Array, " n"]) -> None:
         self._search.tell(list(zip(population.astype(np.float64), losses.tolist(), strict=True)))

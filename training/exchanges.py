@@ -174,7 +174,9 @@ class RecordingWeighting:
             own, heard = errors(running.minds, world)
             observed = self.layout.matrix({"exchange": exchange})[row]
             if self.remembers:
-                observed = np.concatenate([observed, _remembered(exchange, row, area)], axis=1)
+                more = [exchange[name] for name in REMEMBERED]
+                chosen = [each[row, area] if each.ndim > 1 else each[row] for each in more]
+                observed = np.column_stack([observed, *chosen])
             known = exchange.own_known[row, area]
             columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
             self.recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
@@ -193,13 +195,6 @@ def is_merged(exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
 def is_told(exchange: Exchange, area: int) -> bool:
     """Return whether an estimate of the area was received."""
     return bool(exchange.heard_known[area])
-
-
-def _remembered(exchanges: Array, row: Array, area: Array) -> Float32[Array, "chosen numbers"]:
-    """Return the remembered features of the chosen rows, of one area each."""
-    columns = [exchanges[name] for name in REMEMBERED]
-    chosen = [each[row, area] if each.ndim > 1 else each[row] for each in columns]
-    return np.stack(chosen, axis=1, dtype=np.float32)
 
 
 def record_exchanges(

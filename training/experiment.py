@@ -23,8 +23,8 @@ from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from swarm_forage_env.worlds_on_cpu import checked_device
-from training.learned_weighting import LearnedWeighting
-from training.linear_motion_policy import LINEAR_MOTION, LearnedMotion
+from training.learned_weighting import LearnedLayer
+from training.linear_motion_policy import LINEAR_MOTION
 from training.policy_file import LayerName, Policy, load_policy, observation_features
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
@@ -87,10 +87,8 @@ class Experiment:
         self._check_numbers()
         self._check_worlds()
         self._check_device()
-        if self.algorithm == "cma" and self.layer == "motion":
-            self._check_linear_motion()
-
-    def _check_linear_motion(self) -> None:
+        if self.algorithm != "cma" or self.layer != "motion":
+            return
         policy = self.policy_of("motion")
         if policy is not None:
             LINEAR_MOTION.numbers_of(policy)
@@ -136,13 +134,10 @@ class Experiment:
         check_physics(self.physics)
         for scenario in self.scenarios_by_name.values():
             self.base_controller.check_supports(scenario)
-        seen = {
-            name: observation_features(self.layer, each)
-            for name, each in self.scenarios_by_name.items()
-        }
-        first = next(iter(seen))
-        for name, features in seen.items():
-            if features != seen[first]:
+        (first, scenario), *others = self.scenarios_by_name.items()
+        features = observation_features(self.layer, scenario)
+        for name, each in others:
+            if observation_features(self.layer, each) != features:
                 raise ConfigError(
                     f"scenarios '{first}' and '{name}': a policy observes other features in"
                     " each, so that none fits both; radio.slots determines their number"
@@ -177,9 +172,7 @@ class Experiment:
     def policy_of(self, layer: LayerName) -> Policy | None:
         """Return the policy of a layer of the controller; None if the layer is hand-written."""
         part = self.base_controller.layers[layer]
-        if isinstance(part, LearnedWeighting | LearnedMotion):
-            return load_policy(part.policy)
-        return None
+        return load_policy(part.policy) if isinstance(part, LearnedLayer) else None
 
     @property
     def layers(self) -> tuple[LayerName, ...]:

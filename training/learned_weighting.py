@@ -183,8 +183,19 @@ def network_over(estimator: object) -> WeightingNetwork:
     return REPUTATION_NETWORK if remembers else EXCHANGE_NETWORK
 
 
+class LearnedLayer(Parameters):
+    """Base of layers that run a policy file."""
+
+    policy: str
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """Files, other than source code, that its output depends on."""
+        return (policy_path(self.policy),)
+
+
 @WEIGHTING_RULES.register("learned")
-class LearnedWeighting(Parameters):
+class LearnedWeighting(LearnedLayer):
     """A trained network sets the weight of a heard estimate.
 
         g_i = 1 / (1 + exp(-l))
@@ -199,11 +210,6 @@ class LearnedWeighting(Parameters):
         description="Network: a bundled policy, or a file such as runs/x/best.safetensors",
     )
     architecture: ClassVar[WeightingNetwork] = EXCHANGE_NETWORK
-
-    @property
-    def reads(self) -> tuple[Path, ...]:
-        """Files, other than source code, that its output depends on."""
-        return (policy_path(self.policy),)
 
     def check_usable(self, scenario: object = None) -> None:
         """Raise ConfigError or UnknownNameError if the policy is missing or does not fit."""

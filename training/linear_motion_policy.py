@@ -13,7 +13,6 @@ on each robot's own trips may teach it to push its neighbours aside.
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 from pydantic import Field
@@ -35,11 +34,10 @@ from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
-from swarm_forage_env.parameters import Parameters
 from swarm_forage_env.record import Numbers, field
 from swarm_forage_env.task import task_of
-from training.learned_weighting import flatten
-from training.policy_file import Policy, Shapes, load_policy, policy_path
+from training.learned_weighting import LearnedLayer, flatten
+from training.policy_file import Policy, Shapes, load_policy
 
 FEATURES = (
     "one", "target_left", "target_ahead", "near", "unsure",
@@ -218,17 +216,12 @@ LINEAR_MOTION = LinearMotion()
 
 
 @MOTIONS.register("learned")
-class LearnedMotion(Parameters):
+class LearnedMotion(LearnedLayer):
     """A trained policy corrects the motion. Not in the papers: all of it."""
 
     policy: str = Field(
         "motion", description="Weights: a bundled policy, or a file such as runs/x/best.safetensors"
     )
-
-    @property
-    def reads(self) -> tuple[Path, ...]:
-        """Files, other than source code, that its output depends on."""
-        return (policy_path(self.policy),)
 
     def check_usable(self, scenario: object = None) -> None:
         """Raise ConfigError or UnknownNameError if the policy is missing or does not fit."""

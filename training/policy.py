@@ -63,10 +63,9 @@ def imported(name: str) -> object:
     if here not in sys.path:
         sys.path.append(here)
     try:
-        part: object = getattr(import_module(home), own)
+        return getattr(import_module(home), own)
     except (ImportError, AttributeError, ValueError) as error:
         raise ConfigError(f"'{name}': {error}") from None
-    return part
 
 
 def module_file(part: object) -> Path:

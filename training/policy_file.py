@@ -150,7 +150,7 @@ class Policy:
         card = self._layer(layer)
         for kind, trained, there in (
             ("observation", card.observes, observation_features(layer, scenario)),
-            ("action", card.gives, action_features(layer)),
+            ("action", card.gives, _names(LEARNABLE[layer].action)),
         ):
             for k, (old, new) in enumerate(zip_longest(trained, there)):
                 if old != new:
@@ -194,11 +194,6 @@ def observation_features(layer: str, scenario: Scenario) -> tuple[FeatureName, .
     return _names(observation_layout(layer, scenario))
 
 
-def action_features(layer: LayerName) -> tuple[FeatureName, ...]:
-    """Return the components of a layer's action."""
-    return _names(LEARNABLE[layer].action)
-
-
 def layer_card(
     layer: LayerName, scenario: Scenario, network: str, sizes: Mapping[str, int]
 ) -> LayerCard:
@@ -207,7 +202,7 @@ def layer_card(
         network=network,
         sizes=dict(sizes),
         observes=observation_features(layer, scenario),
-        gives=action_features(layer),
+        gives=_names(LEARNABLE[layer].action),
     )
 
 
@@ -220,7 +215,7 @@ def save_policy(file: Path, weights: Weights, card: Card) -> None:
 def write_both(file: Path, content: bytes, card: Parameters) -> None:
     """Write a weights file and the card beside it, each atomically."""
     write_atomically(file, content)
-    write_card(card_path(file), card)
+    write_card(file.with_suffix(".json"), card)
 
 
 def write_card(file: Path, card: Parameters) -> None:
@@ -259,7 +254,7 @@ def load_policy(policy: str | Path) -> Policy:
     """
     file = policy_path(policy)
     weights, sha256 = read_weights(file)
-    card_file = card_path(file)
+    card_file = file.with_suffix(".json")
     try:
         card = Card.model_validate_json(read_file(card_file, "card", LARGEST_CARD))
     except ValidationError as error:
@@ -280,11 +275,6 @@ def policy_path(policy: str | Path) -> Path:
     if str(policy) not in names:
         raise UnknownNameError("policy", str(policy), names)
     return BUNDLED / f"{policy}.safetensors"
-
-
-def card_path(file: Path) -> Path:
-    """Return the path of the card that belongs to a weights file."""
-    return file.with_suffix(".json")
 
 
 def check_weights(weights: Mapping[str, Array], where: str) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
+from swarm_forage_env.arrays import Array, Bool, UInt64
 from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.decision import Observing
 from swarm_forage_env.envs.policy_form import PolicyForm
@@ -45,17 +45,13 @@ class PolicyActor:
         self(observed, np.zeros(n, np.uint64), states)
 
     def __call__(self, observed: Rows, streams: Streams, states: Rows) -> Rows:
-        """Return the actions of one decision. ConfigError for actions or states that do not fit."""
+        """Return the clipped actions of one decision; ConfigError for NaN and what does not fit."""
         draws = None
         if self._chance:
             is_discrete = self._action.is_discrete
             draws = np.empty((len(observed), 1 if is_discrete else len(self._action.layout)))
             draw_rows(streams, draws, not is_discrete)
-        actions, states[...] = self._act(observed, draws, states.copy())
-        return self._usable(actions)
-
-    def _usable(self, output: object) -> Rows:
-        """Return actions of the layers, clipped. ConfigError for NaN and what does not fit."""
+        output, states[...] = self._act(observed, draws, states.copy())
         array = as_array(output, f"policy {self._source}: gives no array of actions")
         space, is_finite = self._space, array.dtype.kind == "f" and np.isfinite(array).all()
         if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:
@@ -112,7 +108,10 @@ class RunningForeignPolicy:
         ticks, period = self._world.worlds["ticks"], self._form.config.period
         due = np.flatnonzero(ticks % period == 0)
         if len(due):
-            observed = self._seen(ticks // period, due)
+            decisions, modes = ticks // period, np.full(self._world.n_worlds, SKIP, np.int8)
+            modes[due] = np.where(decisions[due] == 0, START, RUN)
+            time_left = 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
+            observed = self._observing(self._held, modes, time_left)  # valid where it is due
             for world in due:
                 self._held[world] = self._actor(
                     observed[world], self._streams[world], self._states[world]
@@ -164,15 +163,6 @@ class RunningForeignPolicy:
             claimed[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
         self._form.mark_replaced_layers(action, claimed)
         return claimed
-
-    def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
-        """Return the robots' observations, which are valid in worlds where a decision is due."""
-        modes = np.full(self._world.n_worlds, SKIP, np.int8)
-        modes[due] = np.where(decisions[due] == 0, START, RUN)
-        observed: Float32[Array, "worlds robots numbers"] = self._observing(
-            self._held, modes, 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
-        )
-        return observed
 
     def _act(self, claimed: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions of the policy, without changing those of learners."""

@@ -287,13 +287,10 @@ class SB3Policy(PolicyFile):
         """
         name, given = KNOWN.get(saved.module, ""), saved.policy_kwargs
         keywords = {key: value for key, value in given.items() if key not in IGNORED}
-        pickled = [
-            text
-            for text in keywords.values()
-            if isinstance(text, str) and text.startswith("<") and not ACTIVATION.fullmatch(text)
-        ]
+        texts = [str(each) for each in keywords.values()]
+        is_pickled = any(each[:1] == "<" and not ACTIVATION.fullmatch(each) for each in texts)
         is_known = bool(name) and f"{name}.__init__ " in saved.init
-        if not is_known or pickled:
+        if not is_known or is_pickled:
             field = "policy_kwargs" if is_known else "policy_class"
             raise ConfigError(
                 f"policy {self.file}: its {field} can only be read by unpickling, which runs any"

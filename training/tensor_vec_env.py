@@ -6,7 +6,6 @@ Tensors share the memory of the worlds' arrays, except in numba's simulator.
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, cast
 
@@ -22,7 +21,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.observed_fields import FieldLayout
-from swarm_forage_env.worlds_on_cpu import Device, PlacedArray, checked_device
+from swarm_forage_env.worlds_on_cpu import Device, checked_device
 
 
 class Step(NamedTuple):
@@ -38,33 +37,22 @@ class Step(NamedTuple):
     """True for rows whose episode ended."""
 
 
-@dataclass(frozen=True)
 class _DeviceBuffers:
     """Fixed arrays for the inputs and outputs of a block on a GPU, with tensors on their memory."""
 
-    block: ArrayEnv
-    action_array: PlacedArray
-    actions: Tensor
-    """Tensor over `action_array`."""
-    outputs: tuple[PlacedArray, ...]
-    results: tuple[Tensor, Tensor, Tensor]
-    """Tensors over `outputs`: shaped rewards; observations at the end, and then after resets; where
-    an episode is over."""
-
-    @classmethod
-    def of(cls, block: ArrayEnv) -> "_DeviceBuffers":
-        """Allocate the arrays of a block."""
+    def __init__(self, block: ArrayEnv) -> None:
+        self._block, self._outputs = block, block.output_arrays()
         shape = block.n_worlds, len(block.learners), *block.action_shape
-        array, outputs = block.memory.empty(shape, block.action_space.dtype), block.output_arrays()
-        rewards, _, observations, over = outputs
-        results = tensor_of(rewards[1]), tensor_of(observations), tensor_of(over)
-        return cls(block, array, tensor_of(array), outputs, results)
+        self._action_array = block.memory.empty(shape, block.action_space.dtype)
+        self._actions = tensor_of(self._action_array)
+        rewards, _, observations, over = self._outputs  # observations: at the end, after resets
+        self._results = tensor_of(rewards[1]), tensor_of(observations), tensor_of(over)
 
     def launch(self, actions: Tensor) -> Step:
         """Launch one decision of the block."""
-        self.actions.copy_(actions.view_as(self.actions))
-        self.block.launch(self.action_array, self.outputs)
-        rewards, both, over = self.results
+        self._actions.copy_(actions.view_as(self._actions))
+        self._block.launch(self._action_array, self._outputs)
+        rewards, both, over = self._results  # shaped rewards; where an episode is over
         rows = over[:, None].expand(rewards.shape)
         final, observations = both.flatten(1, 2)
         return Step(observations, rewards.float().flatten(), final, rows.flatten())
@@ -119,7 +107,7 @@ class TensorVecEnv:
 
     @cached_property
     def _standing(self) -> list[_DeviceBuffers]:
-        return [_DeviceBuffers.of(each) for each in self.blocks]
+        return [_DeviceBuffers(each) for each in self.blocks]
 
     @property
     def robot_steps(self) -> int:

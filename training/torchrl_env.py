@@ -123,11 +123,9 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         on = torch_device(where) if where == "cuda" else device
         super().__init__(device=on, batch_size=[n_worlds])
         self.return_state, self.categorical_actions = return_state, categorical_actions
-        self._is_one_hot = bool(env.config.discrete) and not categorical_actions
         self.group = env.learners[0].rpartition("_")[0]
         self.group_map = {self.group: list(env.learners)}
         self.max_cycles = env.max_cycles
-        self._title = title_of(self.array_env)
         self._view: Viewer | None = None
         self._seeds: list[int | None] = [None] * n_worlds
         self._per_robot = torch.Size((n_worlds, len(env.learners)))
@@ -159,7 +157,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         """Draw the first world; return its frame, (height, width, RGB), or None if in a window."""
         if self._view is None:
             check_render_mode(mode)
-            stage = stage_of(self.array_env.world.scenario, self._title)
+            stage = stage_of(self.array_env.world.scenario, title_of(self.array_env))
             self._view = Viewer(stage, mode, width)
         return self._view.draw(self.array_env.download().loop.scene())
 
@@ -193,7 +191,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     def _step(self, tensordict: TensorDictBase) -> TensorDict:
         follow_stream(self.array_env)
         action = tensordict.get((self.group, "action"))
-        if self._is_one_hot:
+        if self.array_env.config.discrete and not self.categorical_actions:
             action = action.to(torch.uint8).argmax(-1)
         array = array_for(self.array_env, action)
         observations, rewards, _, _, infos = self.array_env.step(array)
@@ -232,12 +230,11 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         observations: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
         if self.return_state:
             observations["state"] = _spec(env.state_space, worlds)
-        reward_spec = {"reward": Unbounded(shape=(*per_robot, 1))}
         flag = Categorical(2, shape=(1,), dtype=torch.bool)
-        specs = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
+        actions = _spec(env.action_space, per_robot, self.categorical_actions)
         self.observation_spec = Composite(observations, shape=worlds).to(self.device)
-        self.action_spec = self._of_group(specs)
-        self.reward_spec = self._of_group(reward_spec)
+        self.action_spec = self._of_group({"action": actions})
+        self.reward_spec = self._of_group({"reward": Unbounded(shape=(*per_robot, 1))})
         ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
         of_worlds = {name: flag.expand(*worlds, 1) for name in ENDS}
         self.done_spec = self._of_group(ends).update(of_worlds)

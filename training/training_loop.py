@@ -261,18 +261,14 @@ class NetworkTraining(Training):
 def run(training: Training, experiment: Experiment, step: str, say: Callable[[str], None]) -> Path:
     """Run or resume a training until its budget is spent; return the file of the best policy."""
     with ProgressLogger(experiment.out, step, say, experiment.budget, training.done) as progress:
-        _evaluate_if_due(training, experiment, progress)
-        while training.done < experiment.budget:
+        while True:  # evaluate at the start, every `experiment.every` steps and at the end
+            last = training.curve[-1].step if training.curve else -experiment.every
+            over = training.done >= experiment.budget
+            if training.done > last and (over or training.done - last >= experiment.every):
+                progress.log_evaluation(training.evaluate())
+            if over:
+                break
             if line := training.advance(progress):
                 say(line)
-            _evaluate_if_due(training, experiment, progress)
     training.save_best()
     return experiment.out / BEST_POLICY
-
-
-def _evaluate_if_due(training: Training, experiment: Experiment, progress: ProgressLogger) -> None:
-    """Evaluate at the start, every `experiment.every` steps and at the end, once each."""
-    last = training.curve[-1].step if training.curve else -experiment.every
-    over = training.done >= experiment.budget
-    if training.done > last and (over or training.done - last >= experiment.every):
-        progress.log_evaluation(training.evaluate())

@@ -222,12 +222,6 @@ class Recording:
             controller = replace(controller.hand_written, name=controller.name_of_layers())
         return card_of(checked_parts(self.configuration.scenario, controller, self.keywords))
 
-    @property
-    def world(self) -> str:
-        """Keywords of environments that make the world, as JSON text: the engine and settings."""
-        config = self.configuration
-        return json.dumps({"physics": config.physics, **json.loads(config.overrides)})
-
     @cached_property
     def key(self) -> str:
         """Hash of everything but the seed that the transitions depend on."""
@@ -289,7 +283,9 @@ class Recording:
             np.full(last.size, seed, np.uint64),
         )  # fmt: skip
         table = pa.table(dict(zip(COLUMNS, columns, strict=True)))
-        metadata = {CARD: self.card.model_dump_json(), WORLD: self.world}
+        config = self.configuration
+        world = json.dumps({"physics": config.physics, **json.loads(config.overrides)})
+        metadata = {CARD: self.card.model_dump_json(), WORLD: world}
         return table.replace_schema_metadata(
             {key: with_checksum(text) for key, text in metadata.items()}
         )

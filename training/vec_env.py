@@ -6,7 +6,7 @@ from typing import Any, Unpack
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
-from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv
@@ -114,7 +114,7 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         observations, _ = self.env.reset(options=self._options[0])
         self._reset_options()
         self._follow()
-        return self._rows(self.env.memory.read(observations))
+        return self.env.memory.read(observations).reshape(self.num_envs, -1)
 
     def step_async(self, actions: Array) -> None:
         """Store the actions of all learners; ConfigError if they do not fit the action space."""
@@ -132,11 +132,15 @@ class SwarmVecEnv(ShownEnv, VecEnv):
         self._follow()
         unshaped = on_cpu(step[4]["unshaped_reward"]).ravel().tolist()
         infos: Infos = [{"unshaped_reward": each} for each in unshaped]
+        dones, rows = np.repeat(over, len(self.env.learners)), (self.num_envs, -1)
         if over.any():
-            self._note_ends(infos, observations, over)
+            last, log = observations.reshape(rows), on_cpu(self.env.log()).reshape(rows)
+            for row in np.flatnonzero(dones).tolist():
+                infos[row] |= {"terminal_observation": last[row], "TimeLimit.truncated": True}
+                infos[row] |= zip(self.env.infos, log[row].tolist(), strict=True)
+                infos[row] |= self.env.episodes.drawn_in(row // len(self.env.learners))
             observations = on_cpu(self.env.reset(worlds=over)[0])
-        dones = np.repeat(over, len(self.env.learners))
-        return self._rows(observations), rewards.ravel().astype(np.float32), dones, infos
+        return observations.reshape(rows), rewards.ravel().astype(np.float32), dones, infos
 
     def get_images(self) -> Sequence[Frame | None]:
         """Return the frame of each world, once for each of its learners."""
@@ -184,24 +188,3 @@ class SwarmVecEnv(ShownEnv, VecEnv):
     def _drawn(self) -> list[Frame | None]:
         self.env.download()
         return [None if isinstance(each, str) else each for each in self._screen.draw()]
-
-    def _note_ends(
-        self,
-        infos: Infos,
-        observations: Float32[Array, "worlds learners numbers"],
-        over: Bool[Array, " worlds"],
-    ) -> None:
-        """Write the infos of the last step of the episodes that ended."""
-        log, n = self.env.memory.read(self.env.log()), len(self.env.learners)
-        for world in np.flatnonzero(over).tolist():
-            for k in range(n):
-                info = infos[world * n + k]
-                info["terminal_observation"] = observations[world, k]
-                info["TimeLimit.truncated"] = True
-                info |= zip(self.env.infos, log[world, k].tolist(), strict=True)
-                info |= self.env.episodes.drawn_in(world)
-
-    def _rows(
-        self, observations: Float32[Array, "worlds learners numbers"]
-    ) -> Float32[Array, "rows numbers"]:
-        return observations.reshape(self.num_envs, -1)

@@ -2,7 +2,7 @@
 
 import statistics
 import textwrap
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from importlib.resources import files
 from string import Template
 
@@ -40,9 +40,11 @@ FINE = 5.0  # values below are shown with two decimals
 def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     """Return the text of the page; its figures are in images/ladder beside it."""
     text = (files("training.ladder") / "page.md").read_text("utf-8")
+    heads = ("rung", "name", "robots learn", "tested in", "random", "hand-written", "oracle")
+    with_runs = {run.rung for run in runs}
     return Template(text).substitute(
         command=command,
-        cards=_cards(rungs, {run.rung for run in runs}),
+        cards=markdown(heads, [_card(rung, rung.name in with_runs) for rung in rungs]),
         rungs="\n\n".join(_rung(rung, group) for rung, group in by_rung(rungs, runs)),
         together=_together(rungs, runs),
         defaults=_defaults(rungs, runs),
@@ -50,13 +52,8 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     )
 
 
-def _cards(rungs: Sequence[Rung], with_runs: Collection[str]) -> str:
-    """Return the table of cards; a rung with runs has a link to its results."""
-    heads = ("rung", "name", "robots learn", "tested in", "random", "hand-written", "oracle")
-    return markdown(heads, [_card(rung, rung.name in with_runs) for rung in rungs])
-
-
 def _card(rung: Rung, has_runs: bool) -> tuple[str, ...]:
+    """Return the line of a rung in the table of cards, with a link to its results if it has any."""
     card, scenario = rung.card, rung.test_scenario
     return (
         str(card.rung),
