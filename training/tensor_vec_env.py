@@ -75,12 +75,13 @@ class TensorVecEnv:
         """Join blocks with any numbers of worlds and robots; ConfigError if no policy fits all."""
         self.blocks = list(blocks)
         first = self.blocks[0]
-        for k, block in enumerate(self.blocks):
+        wanted = _form_of(first)
+        for k, block in enumerate(self.blocks[1:], start=1):
             for name, own in _form_of(block).items():
-                if own != (wanted := _form_of(first)[name]):
+                if own != wanted[name]:
                     raise ConfigError(
-                        f"block {k}: has {name}={shown(own)}, and block 0 {shown(wanted)}; a policy"
-                        " of all blocks needs the same"
+                        f"block {k}: has {name}={shown(own)}, and block 0 {shown(wanted[name])}; a"
+                        " policy of all blocks needs the same"
                     )
         self.device = torch_device(first.device)
         self.observation_space, self.action_space = first.observation_space, first.action_space

@@ -7,7 +7,8 @@ Not in the paper, and chosen here:
   message weighted by its frames; one partner at a time, drawn by the radio's random slots;
 - an exchange is of one robot: its partner may be in a pause, talk to another one or drive on, and
   then keeps its own estimate. Both end with the same one, as TR, Eq. 17, has it, if both begin in
-  the same tick; of the exchanges of DSGIKF in es1 five of six are of one robot alone;
+  the same tick; of 1,175 exchanges of DSGIKF in six worlds of es1, 84 % were of one robot alone
+  (10 minutes under `kinematic`, a probe whose script is not kept);
 - the p that is merged is that of the last message, after an exchange of the partner if that ended
   first;
 - after an exchange a robot ignores all robots for `pause`, and the same partner for `refractory`:
