@@ -35,6 +35,8 @@ LOGGER = logging.getLogger("swarm-forage")
 
 MAX_RETRIES = 10  # maximum number of times that a call is run again after its worker or node died
 
+NAMESPACE = "swarm-forage"  # of the connections that a backend makes
+
 WAIT = 10.0  # maximum time to wait for an answer of an address [s]
 
 
@@ -56,10 +58,10 @@ class RayBackend(Backend):
         if ray.is_initialized():
             return
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # sends no usage reports
-        options: dict[str, object] = {"address": self.address}
+        options: dict[str, object] = {"address": self.address, "namespace": NAMESPACE}
         if self.address is None:
             cpus = self.workers * self.threads
-            options = {"address": "local", "num_cpus": cpus, "include_dashboard": False}
+            options |= {"address": "local", "num_cpus": cpus, "include_dashboard": False}
         else:
             _check_answers(self.address)
         handler = signal.getsignal(signal.SIGTERM)  # Ray replaces it
@@ -73,7 +75,11 @@ class RayBackend(Backend):
                 signal.signal(signal.SIGTERM, handler)
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
-        """Call the function with every job; a call whose worker dies runs again on another one."""
+        """Call the function with every job; a call whose worker dies runs again on another one.
+
+        If the caller stops early, this process leaves the cluster, which ends the calls that run;
+        it stays in a cluster that the program itself has joined, where they run to their end.
+        """
         if not jobs:
             return
         self.connect()
@@ -89,9 +95,9 @@ class RayBackend(Backend):
                 (ended, *_), running = ray.wait(running)
                 running += [remote.remote(shared, job) for job in islice(todo, 1)]
                 yield _result(ended)
-        finally:
-            for each in running:
-                ray.cancel(each, force=True)
+        finally:  # `ray.cancel` of a call that has just ended aborts this process, up to Ray 2.60
+            if running and ray.get_runtime_context().namespace == NAMESPACE:
+                ray.shutdown()
 
 
 def _log(message: Mapping[str, Sequence[str]], ignore_prefix: bool) -> None:

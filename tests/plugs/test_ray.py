@@ -135,11 +135,16 @@ def test_a_node_with_other_code_is_refused(backend, monkeypatch):
 
 
 def test_calls_that_run_are_ended_with_the_iterator(backend, tmp_path):
+    """The backend leaves the cluster; a program that has joined it by itself stays there."""
     import ray
 
     with closing(backend.run(nap_after, [(tmp_path / str(k), k) for k in range(2)])) as finished:
         assert next(finished) == 0
         assert becomes_true((tmp_path / "1").exists, 60.0)
+    assert not ray.is_initialized()
+    ray.init(backend.address, log_to_driver=False)
+    with closing(backend.run(abs, [1, 2, 3])) as finished:
+        assert next(finished)
     n_free, n_all = ray.available_resources, ray.cluster_resources
     assert becomes_true(lambda: n_free().get("CPU") == n_all()["CPU"], 60.0)
 

@@ -96,7 +96,7 @@ def test_a_command_that_is_stopped_ends_its_cluster_in_one_line(start, tmp_path,
     else:
         run.send_signal(stop)  # as a scheduler does
     stdout, stderr = run.communicate(timeout=100)
-    assert run.returncode == 130
+    assert run.returncode == 130, stderr
     assert stdout == ""
     assert stderr.splitlines()[1:] == ["swarm-forage: stopped; the same command resumes from here"]
     assert not left_of(ours)
