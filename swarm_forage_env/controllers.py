@@ -146,7 +146,7 @@ def parse_controller(
     """
     name, colon, rest = (part.strip() for part in text.partition(":"))
     parameters: dict[str, str] = {}
-    for number, item in enumerate(_items(rest, first) if colon else ()):
+    for number, item in enumerate(_items(rest, first) if rest or (colon and not first) else ()):
         parameter, equals, value = (part.strip() for part in item.partition("="))
         if number == 0 and first and item.strip() and not PARAMETER.match(item):
             parameter, equals, value = first, "=", item.strip()

@@ -215,9 +215,11 @@ class TeamController(Controller, Protocol):
 
 @runtime_checkable
 class PolicyOverLayers(Controller, Protocol):
-    """A policy on top of another controller, such as hand-written layers."""
+    """One or more policies on top of another controller, such as hand-written layers."""
 
-    policy: object
+    @property
+    def policies(self) -> Mapping[str, object]:
+        """The policies."""
 
     def under(self, scenario: BaseScenario) -> TeamController:
         """Return the controller below the policy."""

@@ -141,12 +141,12 @@ def _policies(rows: Sequence[Sequence[Controller]]) -> list[tuple[PolicyOverLaye
     teams: dict[int, tuple[PolicyOverLayers, Team]] = {}
     for robot, each in enumerate(rows[0]):
         policies = [
-            own.policy if isinstance(own, PolicyOverLayers) else None
+            own.policies if isinstance(own, PolicyOverLayers) else None
             for own in (row[robot] for row in rows)
         ]
         if any(policy != policies[0] for policy in policies):
             raise ConfigError(
-                "controllers of one block: a robot must have one policy in all worlds"
+                "controllers of one block: a robot must have the same policies in all worlds"
             )
         if isinstance(each, PolicyOverLayers):
             teams.setdefault(id(each), (each, []))[1].append(robot)

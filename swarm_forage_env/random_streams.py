@@ -33,6 +33,7 @@ class NoiseSource(IntEnum):
     SCENARIO = 11
     FAULT = 12
     POLICY = 13
+    POLICY_BESIDE = 14
     WANDER = 64
 
 

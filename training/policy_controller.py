@@ -23,6 +23,7 @@ from swarm_forage_env.envs.policy_form import OF_BOUND, PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController, TeamController
 from swarm_forage_env.parameters import BaseScenario, Parameters, validated
+from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
 from training.policy import ForeignPolicy, FunctionPolicy, PolicyFile
@@ -32,22 +33,32 @@ from training.running_policy import PolicyActor, RunningForeignPolicy
 
 @dataclass(frozen=True)
 class PolicyController(LayeredController):
-    """Controller of a policy that replaces some or all layers; the others are hand-written."""
+    """Controller of a policy that replaces some or all layers; the others are hand-written, or one
+    of them is another policy: `sb3:motion.zip,controller=sb3:weighting.zip`."""
 
     policy: ForeignPolicy
+    beside: ForeignPolicy | None = None
+    """Policy of another layer."""
 
     main_parameter = "file"
     """Parameter that follows the colon of a name: `sb3:model.zip`."""
 
     @property
     def layers(self) -> dict[str, Parameters]:
-        """Parameters of each layer, and the policy."""
-        return {**super().layers, "policy": self.policy}
+        """Parameters of each layer, and each policy."""
+        return {**super().layers, **self.policies}
+
+    @property
+    def policies(self) -> dict[str, ForeignPolicy]:
+        """The policy, and the one beside it."""
+        beside = {} if self.beside is None else {"beside": self.beside}
+        return {"policy": self.policy, **beside}
 
     @property
     def layer_names(self) -> dict[str, str]:
-        """Name of each layer, and kind of the policy."""
-        return {**self.hand_written.layer_names, "policy": type(self.policy).__name__}
+        """Name of each layer, and kind of each policy."""
+        kinds = {name: type(policy).__name__ for name, policy in self.policies.items()}
+        return {**self.hand_written.layer_names, **kinds}
 
     @property
     def is_everything(self) -> bool:
@@ -78,9 +89,12 @@ class PolicyController(LayeredController):
                 base_controller = base_controller or changed._written_on(card)
         if base_controller is not None:
             changed = changed._with_layers_of(base_controller)
+        if changed.beside is not None:  # a bare name is the first policy's
+            fields = type(changed.policy).model_fields
+            own = {f"policy.{name}" if name in fields else name: own[name] for name in own}
         controller = super(PolicyController, changed).with_parameters(own)
         assert isinstance(controller, PolicyController)
-        return controller
+        return controller._checked()
 
     def under(self, scenario: BaseScenario) -> TeamController:
         """Return the controller of the other layers; for a policy of everything, raw control."""
@@ -92,11 +106,11 @@ class PolicyController(LayeredController):
     def pilot(self, scenario: BaseScenario) -> Pilot:
         """Return the policy for compilation with the world. ConfigError if Python must call it."""
         form = self.form(scenario)
-        if self.policy.chance or form.additions or form.config.stack > 1:
+        if self.beside or self.policy.chance or form.additions or form.config.stack > 1:
             raise ConfigError(
-                f"policy {self.policy.source}: runs in Python only, because it is stochastic or"
-                " observes more than its layer does in a tick; leave out chance=true, or use one"
-                " that observes its layer alone, without stack"
+                f"policy {self.policy.source}: runs in Python only, because it is stochastic,"
+                " observes more than its layer does in a tick or runs beside another policy; leave"
+                " out chance=true, or use one that observes its layer alone, without stack"
             )
         return self.policy.pilot(form)
 
@@ -106,18 +120,23 @@ class PolicyController(LayeredController):
 
     def over(
         self, world: World, inner: RunningController, robots: Sequence[int]
-    ) -> "RunningForeignPolicy":
-        """Start the policy of some robots over the other layers. ConfigError if it does not fit."""
-        form = self.form(world.scenario)
-        actor = PolicyActor(self.policy, form, robots)
-        return RunningForeignPolicy(world, inner, form, actor, robots)
+    ) -> RunningController:
+        """Start the policies of some robots over the other layers. ConfigError if one does not
+        fit."""
+        sources = {"policy": NoiseSource.POLICY, "beside": NoiseSource.POLICY_BESIDE}
+        for name, policy in self.policies.items():
+            form = form_of(policy, world.scenario)
+            actor = PolicyActor(policy, form, robots, sources[name])
+            inner = RunningForeignPolicy(world, inner, form, actor, robots)
+        return inner
 
     def check_usable(self, scenario: BaseScenario) -> None:
-        """Raise ConfigError or UnknownNameError if a layer or the policy does not fit."""
+        """Raise ConfigError or UnknownNameError if a layer or a policy does not fit."""
         if not self.is_everything:
             self.hand_written.check_usable(scenario)
-        form = self.form(scenario)
-        PolicyActor(self.policy, form, range(len(form.agents)))
+        for policy in self.policies.values():
+            form = form_of(policy, scenario)
+            PolicyActor(policy, form, range(len(form.agents)))
 
     def check_supports(self, scenario: BaseScenario) -> None:
         """Raise ConfigError if a hand-written layer does not support the world of this scenario."""
@@ -144,11 +163,7 @@ class PolicyController(LayeredController):
 
     def form(self, scenario: BaseScenario) -> PolicyForm:
         """Return the form of observations and actions. ConfigError if the card differs."""
-        form = PolicyForm([scenario], self.policy.config())
-        card = self.policy.card()
-        if card is not None:
-            _check_observes(self.policy, card, form)
-        return form
+        return form_of(self.policy, scenario)
 
     def _with_policy(self, terms: Mapping[str, object]) -> "PolicyController":
         return replace(self, policy=validated(type(self.policy), terms))
@@ -186,13 +201,32 @@ class PolicyController(LayeredController):
         return next(alike, "+".join(self.hand_written.layer_names.values()))
 
     def _with_layers_of(self, controller: str | Controller) -> "PolicyController":
-        """Return this policy with the layers of another controller. ConfigError if it has none."""
+        """Return this policy with the layers of another controller, or beside its policy.
+
+        ConfigError if it has no layers or two policies.
+        """
         other = find_controller(controller)
-        if not isinstance(other, LayeredController) or isinstance(other, PolicyController):
+        if not isinstance(other, LayeredController):
             raise ConfigError(f"controller '{other.name}': must be made of layers")
+        beside, *third = other.policies.values() if isinstance(other, PolicyController) else [None]
+        if third:
+            raise ConfigError(
+                f"policy {self.policy.source}: cannot run beside the two policies of"
+                f" '{other.name}'; name one of them"
+            )
         return PolicyController(
-            self.name, other.estimator, other.weighting, other.motion, self.policy
+            self.name, other.estimator, other.weighting, other.motion, self.policy, beside
         )
+
+    def _checked(self) -> "PolicyController":
+        """Return this controller; ConfigError if its policies do not replace different layers."""
+        if self.beside and {self.policy.learn, self.beside.learn} != {"motion", "weighting"}:
+            raise ConfigError(
+                f"policy {self.policy.source}: replaces {self.policy.learn}, and policy"
+                f" {self.beside.source} beside it {self.beside.learn}; of two policies one must"
+                " replace motion and the other weighting"
+            )
+        return self
 
 
 def policy_controller(
@@ -222,12 +256,21 @@ def policy_controller(
     """
     terms = {"function": function, "learn": learn, "n_state": n_state, **keywords}
     policy = validated(FunctionPolicy, terms)
-    return named_policy(name, policy)._with_layers_of(controller)
+    return named_policy(name, policy)._with_layers_of(controller)._checked()
 
 
 def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:
     """Return a controller of a policy with the other layers of `ssgikf`."""
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
+
+
+def form_of(policy: ForeignPolicy, scenario: BaseScenario) -> PolicyForm:
+    """Return the form of its observations and actions. ConfigError if the card differs."""
+    form = PolicyForm([scenario], policy.config())
+    card = policy.card()
+    if card is not None:
+        _check_observes(policy, card, form)
+    return form
 
 
 def _check_named(

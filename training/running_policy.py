@@ -29,8 +29,15 @@ class PolicyActor:
     The random stream and the hidden state of each robot advance in place.
     """
 
-    def __init__(self, policy: ForeignPolicy, form: PolicyForm, robots: Sequence[int]) -> None:
+    def __init__(
+        self,
+        policy: ForeignPolicy,
+        form: PolicyForm,
+        robots: Sequence[int],
+        noise: NoiseSource = NoiseSource.POLICY,
+    ) -> None:
         """Start the policy of some robots, and run it once; ConfigError if it does not fit."""
+        self.noise = noise
         started, n = policy.start(form), len(robots)
         self._act, self.n_state = started.act, started.n_state
         self._source, self._chance = policy.source, policy.chance
@@ -121,7 +128,7 @@ class RunningForeignPolicy:
 
     def reset(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Reset worlds first .. last - 1; their past observations are dropped at the first tick."""
-        started = streams(seeds, self._world.n_robots, NoiseSource.POLICY)
+        started = streams(seeds, self._world.n_robots, self._actor.noise)
         self._streams[first:last] = started.reshape(last - first, -1)[:, self._robots]
         self._states[first:last] = 0.0
         self._inner.reset(first, last, seeds)

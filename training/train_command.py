@@ -292,7 +292,7 @@ def dataset(  # noqa: PLR0913 the options of a command
     n_missing = sum(map(len, missing))
     say(
         f"{count_noun(len(recordings) * episodes, 'episode')}, {rows * episodes:,} transitions,"
-        f" {size * episodes / 1e9:.2f} GB before compression, to {store.name};"
+        f" {size * episodes / 1e6:,.1f} MB before compression, to {store.name};"
         f" {count_noun(n_missing, 'episode')} to play"
     )
     with progress_bar("episodes") as progress:

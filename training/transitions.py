@@ -57,10 +57,18 @@ CARD = b"card"
 WORLD = b"world"
 """Metadata key of the world of a file; files of early versions have none."""
 
-COLUMNS = (
-    "observation", "action", "reward", "next_observation", "terminated", "truncated",
-    "robot", "decision", "seed",
-)  # fmt: skip
+COLUMNS = {
+    "observation": "what the robot observes before the decision; the card names the features",
+    "action": "command of the robot's motion, as the environment takes it",
+    "reward": "reward of the robot for the decision",
+    "next_observation": "what the robot observes after the decision",
+    "terminated": "whether a terminal state ended the episode: false",
+    "truncated": "whether the episode ended at its duration: true in its last transition",
+    "robot": "which robot: 0 to N - 1",
+    "decision": "number of the decision in the episode, from 0",
+    "seed": "seed of the episode",
+}
+"""Description of each column; its file holds them as metadata."""
 
 BLOCK_ROWS = 1_000_000
 """Approximate number of transitions of the worlds that are played at once."""
@@ -282,7 +290,11 @@ class Recording:
             np.repeat(robots.astype(np.int32), n), np.tile(np.arange(n, dtype=np.int32), n_robots),
             np.full(last.size, seed, np.uint64),
         )  # fmt: skip
-        table = pa.table(dict(zip(COLUMNS, columns, strict=True)))
+        fields = [
+            pa.field(name, column.type, metadata={"description": text})
+            for (name, text), column in zip(COLUMNS.items(), map(pa.array, columns), strict=True)
+        ]
+        table = pa.table(columns, pa.schema(fields))
         config = self.configuration
         world = json.dumps({"physics": config.physics, **json.loads(config.overrides)})
         metadata = {CARD: self.card.model_dump_json(), WORLD: world}
@@ -309,7 +321,7 @@ class Transitions(Dataset):
 
         def check(table: pa.Table) -> bool:
             written = tuple(table.column_names), table.num_rows, name_in(table, CARD)
-            if written != (COLUMNS, recording.n_rows, recording.card.model_dump_json()):
+            if written != (tuple(COLUMNS), recording.n_rows, recording.card.model_dump_json()):
                 raise DamagedFileError("not the transitions of an episode")
             return True
 

@@ -167,9 +167,14 @@ def _files(source: str) -> list[Path]:
             " for example with `aws s3 sync`"
         )
     folder = Path(source)
-    paths = (each for each in folder.rglob("*.parquet") if not each.name.startswith("_"))
+    paths = [each for each in folder.rglob("*.parquet") if not each.name.startswith("_")]
     if files := sorted(each for each in paths if not each.name.endswith((ENDING, TRANSITIONS))):
         return files
+    if paths:
+        raise ConfigError(
+            f"dataset {source}: holds trajectories or transitions, and no episodes; name a folder"
+            " that swarm-forage evaluate or reproduce has written"
+        )
     reason = "holds no episodes" if folder.is_dir() else "no such folder"
     raise ConfigError(
         f"dataset {source}: {reason}; make one with swarm-forage evaluate es1 nc ssgikf --out"

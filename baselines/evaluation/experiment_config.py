@@ -137,8 +137,11 @@ def changed_parameters(controller: LayeredController) -> str:
     """Return layers and parameters that differ from the controller of that name, as JSON text."""
     base = find_layered_controller(controller.name)
     layers = _changes(base.layer_names, controller.layer_names)
-    same = {layer: name for layer, name in layers.items() if name in REGISTRIES[layer]}
+    same = {layer: name for layer, name in layers.items() if name in REGISTRIES.get(layer, ())}
     numbers = base.with_parameters(same).parameters
+    for added in controller.layers.keys() - base.layers.keys():
+        defaults = type(controller.layers[added]).model_construct()
+        numbers |= leaves({added: defaults.model_dump()})
     return _json(layers | _changes(numbers, controller.parameters))
 
 

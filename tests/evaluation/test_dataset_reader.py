@@ -114,6 +114,9 @@ def test_names_and_folders_that_hold_nothing_are_answered_with_what_would_do(kep
     for folder in (tmp_path / "missing", tmp_path / "empty"):
         with pytest.raises(ConfigError, match="swarm-forage evaluate es1 nc ssgikf --out"):
             read_groups([str(folder)])
+    (tmp_path / "empty" / "one.transitions.parquet").touch()
+    with pytest.raises(ConfigError, match="holds trajectories or transitions, and no episodes"):
+        read_groups([str(tmp_path / "empty")])
 
 
 @pytest.mark.parametrize(

@@ -112,6 +112,30 @@ def test_a_saved_model_does_as_a_controller_what_it_did_in_its_environment(
     assert again == trips
 
 
+@pytest.mark.parametrize("first", ["motion", "weighting"])
+def test_policies_of_two_layers_run_together(first, model, scenario, tmp_path):
+    """They do what the second did in its training beside the first, and so in either order."""
+    second = "weighting" if first == "motion" else "motion"
+    one, other = (f"sb3:{tmp_path / layer}.zip" for layer in (first, second))
+    forms = {"motion": {"residual": 0.2, "decision_period": 5}, "weighting": {}}
+    model(learn=first, file=f"{first}.zip", **forms[first])
+    _, env = model(learn=second, file=f"{second}.zip", controller=one, **forms[second])
+    with pytest.raises(ConfigError, match=r"names no controller to run it beside .*controller="):
+        find_controller(other)
+    joined = find_controller(f"{other},controller={one}")
+    trips, poses = stepped(asked(joined, scenario, env.action_space), env, 7)
+    model(learn=second, file=f"{second}.zip", **forms[second])  # the same network
+    ticks = (env.max_cycles - 1) * env.env.config.decision_period
+    for each in (joined, find_controller(f"{one},controller={other}")):
+        again, where = ran(each, scenario, 7, ticks)
+        assert_array_equal(where, poses[0][None])
+        assert again == trips
+    for each in (one, other):
+        assert (ran(find_controller(each), scenario, 7, ticks)[1] != poses[0]).any()
+    with pytest.raises(ConfigError, match=r"replaces motion, and policy .* beside it motion; of"):
+        find_controller(f"{other},learn=motion,controller={one},beside.learn=motion")
+
+
 def test_an_episode_does_not_depend_on_its_neighbours_or_threads(model, scenario, tmp_path):
     model(decision_period=5)
     controller = find_controller(f"sb3:{tmp_path / 'model.zip'}")
@@ -221,7 +245,7 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
     ("name", "why"),
     [
         ("sb3", "which file"),
-        ("sb3:", "must be parameter=value"),
+        ("sb3:", "which file"),
         ("sb3:text.zip", "must be what .* writes"),
         ("sb3:model.zip,stack=0", "stack='0'"),
         ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
