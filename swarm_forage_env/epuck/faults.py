@@ -48,9 +48,10 @@ class FaultKind(Parameters):
     @model_validator(mode="after")
     def _says_one(self) -> "FaultKind":
         if self.share > 0.0 and self.robots:
+            kind = f"faults.{type(self).__name__.lower()}"
             raise ValueError(
-                f"share={self.share:g}, robots={list(self.robots)}: give the faulty robots or"
-                " their share, not both"
+                f"{kind}.share={self.share:g}, {kind}.robots={list(self.robots)}: give the faulty"
+                " robots or their share, not both"
             )
         return self
 
