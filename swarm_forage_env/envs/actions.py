@@ -68,6 +68,13 @@ class ActionForm:
         self.shape = () if self.is_discrete else (len(self.layout),)
         """Shape of the action of one robot."""
 
+    @property
+    def wanted(self) -> str:
+        """Words for the action of one robot: the names of its numbers, or the range of a choice."""
+        if self.is_discrete:
+            return f"a whole number from 0 to {len(self.choices) - 1}"
+        return ", ".join(self.layout.names)
+
     def to_raw(self, actions: Array) -> Raw:
         """Return the inputs of the layers for these actions, one row for each robot."""
         raw = np.empty((1, len(actions), len(self._policy.action)), np.float32)
@@ -216,15 +223,15 @@ class Actions:
         return ConfigError("actions: must be arrays of one number type for all agents")
 
     def _complaint_about(self, action: object) -> str:
-        layout = self.form.layout
+        layout, wanted = self.form.layout, self.form.wanted
         if self.form.is_discrete:
             return self._complaint_about_choice(action)
         try:
             array = np.asarray(action, dtype=np.float64)
         except (OverflowError, RuntimeError, TypeError, ValueError) as error:
-            return f"{shown(action)}: must be finite numbers, {', '.join(layout.names)}; {error}"
+            return f"{shown(action)}: must be finite numbers, {wanted}; {error}"
         if array.shape != self._shape[1:]:
-            return f"shape {array.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
+            return f"shape {array.shape}: must be {self._shape[1:]}, for {wanted}"
         for feature, value, as_given in zip(layout, array, np.asarray(action), strict=True):
             if not feature.low <= value <= feature.high:
                 advice = "clip it first with numpy.clip" if np.isfinite(value) else NOT_FINITE
@@ -240,7 +247,7 @@ class Actions:
             number = np.asarray(choice)
             if number.shape == () and number.dtype.kind in "iu" and 0 <= number < n:
                 return ""
-        return f"{shown(choice)}: must be a whole number from 0 to {n - 1}"
+        return f"{shown(choice)}: must be {self.form.wanted}"
 
 
 def as_array(actions: object) -> Array:

@@ -106,10 +106,9 @@ class JointWorlds(ShownEnv):
                 f"actions of shape {array.shape}: must be {shape}, one for each world"
             )
         if array.shape != shape:
-            names = ", ".join(env.action_layout.names)
             raise ConfigError(
                 f"action of shape {array.shape[1:]}: must be {shape[1:]}; for each robot that"
-                f" learns, {names}"
+                f" learns, {env.actions.form.wanted}"
             )
         return array.reshape(-1, *env.action_shape)
 

@@ -134,6 +134,7 @@ def test_an_episode_ends_by_itself_without_a_time_limit_around_it():
         (SINGLE, [0.0], r"of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right"),
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
         (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
+        (TUPLE, (0, 4), r"shape \(2,\): must be \(3,\); for each .*, a whole number from 0 to 8"),
         (TUPLE, (0, 4, 9), r"epuck_2: .*9.*: must be a whole number from 0 to 8"),
         (TUPLE, [True] * 3, r"epuck_0: .*: must be a whole number from 0 to 8"),
     ],
