@@ -203,6 +203,23 @@ def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
     assert moved[[0, 2, 3]].all()
 
 
+def test_a_snapshot_under_another_policy_is_refused_and_changes_nothing(model, scenario, tmp_path):
+    model(decision_period=5)
+    model(file="stacked.zip", stack=2)
+    name, *others = (f"sb3:{tmp_path / file}.zip" for file in ("model", "stacked"))
+    loop, twin = (Loop(scenario, find_controller(name), [1], "kinematic") for _ in range(2))
+    loop.run(20)
+    twin.run(20)
+    for other in (*others, f"{name},controller=dsgiff"):
+        another = Loop(scenario, find_controller(other), [2], "kinematic")
+        another.run(10)
+        with pytest.raises(ConfigError, match="this one, whose controller has other layers or pol"):
+            loop.restore(another.snapshot())
+    loop.run(100)
+    twin.run(100)
+    assert loop.world.robots.tobytes() == twin.world.robots.tobytes()
+
+
 def test_robots_with_a_policy_and_others_make_a_swarm(model, scenario, tmp_path):
     model(decision_period=5)
     name = f"sb3:{tmp_path / 'model.zip'}"
