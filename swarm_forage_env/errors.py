@@ -27,7 +27,8 @@ class UnknownNameError(KeyError):
             nearest(name, names)
             or [path for path in names if get_close_matches(name, [path.rpartition(".")[2]])][:1]
         )
-        advice = f"known: {', '.join(names) or 'none'}"
+        none = "none, as no installed package registers one"
+        advice = f"known: {', '.join(names) or none}"
         if near:
             *others, last = (f"'{each}'" for each in near)
             advice = f"did you mean {', '.join(others)}{' or ' if others else ''}{last}?"

@@ -154,9 +154,17 @@ class Loop(WorldsOnCpu):
             )
         scenarios = snapshot.world["scenarios"]
         task.check_fit(self.world.scenarios, scenarios)
+        before = self.controller.snapshot()
+        try:
+            self.controller.restore(snapshot.controller)
+        except (KeyError, TypeError, ValueError) as error:  # arrays of other shapes or types
+            self.controller.restore(before)
+            raise ConfigError(
+                f"the snapshot of {snapshot.kind}: cannot be restored in this one, whose controller"
+                " has other layers or policies; make it with the same controller"
+            ) from error
         self.is_blank = False
         self.world.restore(snapshot.world)
-        self.controller.restore(snapshot.controller)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the arguments that create the loop again, and a snapshot."""

@@ -24,7 +24,7 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController, TeamController
 from swarm_forage_env.parameters import BaseScenario, Parameters, validated
 from swarm_forage_env.random_streams import NoiseSource
-from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.registry import CONTROLLERS, POLICIES
 from swarm_forage_env.task import World, task_of
 from training.policy import ForeignPolicy, FunctionPolicy, PolicyFile
 from training.policy_card import PolicyCard, as_keywords
@@ -78,7 +78,7 @@ class PolicyController(LayeredController):
         """
         own, changed = dict(values), self
         file = own.pop("policy.file", own.pop("file", None))
-        base_controller = own.pop("controller", None)
+        base_controller, beside = own.pop("controller", None), own.pop("beside", None)
         if file is not None:
             changed = self._with_policy({"file": file})
             card = changed.policy.card()
@@ -86,7 +86,13 @@ class PolicyController(LayeredController):
                 _check_named(self.name, changed.policy, card, own)
                 keywords = card.keywords.model_dump()
                 changed = changed._with_policy({**changed.policy.model_dump(), **keywords})
-                base_controller = base_controller or changed._written_on(card)
+                if beside is None:
+                    base_controller = base_controller or changed._written_on(card)
+        if beside is not None:  # its kind, as a dataset stores it with all layers
+            kinds = {type(POLICIES[name].policy).__name__: POLICIES[name] for name in POLICIES}
+            if beside not in kinds:
+                raise UnknownNameError("kind of policy", str(beside), kinds)
+            changed = replace(changed, beside=kinds[str(beside)].policy)
         if base_controller is not None:
             changed = changed._with_layers_of(base_controller)
         if changed.beside is not None:  # a bare name is the first policy's

@@ -76,19 +76,20 @@ def box_panels(
     A single series takes the style of each tick; its boxes are horizontal if ticks are names.
     """
     layout = _layout(panels, controllers or {}, caption.n)
-    n_ticks = max(map(len, panels.values()))
+    n_ticks, margin = max(map(len, panels.values())), 0
     if layout.is_horizontal:
         names = [wrapped_name(tick, LETTERS) for groups in panels.values() for tick in groups]
         row = max(ROW, LINE_HEIGHT * (1 + max(name.count("\n") for name in names)) + 0.06)
         least = NAMED if max(map(len, names)) < 8 else SHORT
         height = 0.5 + row * max(n_ticks, 3)
+        margin = max(len(line) for name in names for line in name.split("\n"))
     else:
         least, height = MARGIN + BOX * n_ticks * len(layout.series), None
     figure, all_axes = panel_grid(len(panels), least, height)
     for axes, (title, groups) in zip(all_axes, panels.items(), strict=True):
         _draw_groups(axes, groups, layout)
         labels = axes_names[::-1] if layout.is_horizontal else axes_names
-        finish_panel(axes, title, labels, layout.is_horizontal)
+        finish_panel(axes, title, labels, layout.is_horizontal, margin)
         axes.tick_params(axis="y" if layout.is_horizontal else "x", length=0.0)
     return finish_figure(figure, all_axes, caption, layout.series)
 

@@ -100,13 +100,16 @@ class EpisodeGroup:
         configuration would run the code in a file, which only the user of a command can trust.
         """
         parameters = json.loads(self.parameters)
-        if parameters.get("policy.trust") or ":" in str(parameters.get("policy.observation")):
-            raise ConfigError(
-                f"dataset of '{self.label()}': has a policy with trust=true,"
-                f" {parameters.get('policy.file')!r}, whose code is not run for a plot; draw a"
-                " figure that needs no policy, such as boxplot, or trajectories stored by"
-                " evaluate --trajectories"
-            )
+        for name, kind in {"policy": self.controller, "beside": parameters.get("beside")}.items():
+            file, observed = (str(parameters.get(f"{name}.{of}")) for of in ("file", "observation"))
+            is_function = kind in ("callable", "CallablePolicy")
+            if is_function or ":" in observed or parameters.get(f"{name}.trust"):
+                raise ConfigError(
+                    f"dataset of '{self.label()}': has a policy"
+                    f" {'of a module' if is_function else 'with trust=true'}, {file!r}, whose code"
+                    " is not run for a plot; draw a figure that needs no policy, such as boxplot,"
+                    " or trajectories stored by evaluate --trajectories"
+                )
         controller = find_layered_controller(self.controller).with_parameters(parameters)
         return ExperimentConfig(self.label(), self.model(), controller, self.physics)
 

@@ -1,6 +1,7 @@
 """Page of a figure: its size and text sizes, its panels, legend, note, caption and files."""
 
 import json
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -109,10 +110,10 @@ def panel_grid(
 
 
 def finish_panel(
-    axes: Axes, title: str, axes_names: tuple[str, str], is_across: bool = False
+    axes: Axes, title: str, axes_names: tuple[str, str], is_across: bool = False, margin: int = 0
 ) -> None:
     """Set labels, grid and ticks of a panel; its values (y, or x if `is_across`) start at zero."""
-    label_panel(axes, title, axes_names)
+    label_panel(axes, title, axes_names, margin)
     end = axes.dataLim.x1 if is_across else axes.dataLim.y1
     set_limits = axes.set_xlim if is_across else axes.set_ylim
     set_limits(0.0, None if end > 0.0 else 1.0)
@@ -128,10 +129,14 @@ def panel_width(axes: Axes) -> float:
     return float(style_in_use().width / columns)
 
 
-def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
-    """Set a panel's title, in several lines if it is long, and its axis labels (x, y)."""
+def label_panel(axes: Axes, title: str, axes_names: tuple[str, str], margin: int = 0) -> None:
+    """Set a panel's title, in several lines if it is long, and its axis labels (x, y).
+
+    The title begins right of the names at the y axis, which are `margin` letters long.
+    """
     style = style_in_use()
-    letters = int(0.9 * panel_width(axes) / (LETTER * style.points(TITLE)))
+    room = 0.9 * panel_width(axes) - LETTER * style.points(TICK) * margin
+    letters = max(1, int(room / (LETTER * style.points(TITLE))))
     lines = [
         wrapped_name(line, letters)
         for words in title.split("\n")
@@ -174,13 +179,16 @@ def _draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -
     if not names:
         return
     style = style_in_use()
-    width = LETTER * style.points(LABEL) * max(map(len, names)) + 0.55 * style.scale
+    letter, handle = LETTER * style.points(LABEL), 0.55 * style.scale
+    labels = [wrapped_name(name, int((figure.get_figwidth() - handle) / letter)) for name in names]
+    width = letter * max(len(line) for each in labels for line in each.split("\n")) + handle
     columns = max(1, min(len(names), int(figure.get_figwidth() / width)))
     rows = -(-len(names) // columns)
     columns = -(-len(names) // rows)
-    figure.set_figheight(figure.get_figheight() + 0.2 * style.scale * rows)
+    lines = rows + sum(each.count("\n") for each in labels)
+    figure.set_figheight(figure.get_figheight() + 0.2 * style.scale * lines)
     figure.legend(
-        [handles[name] for name in names], names, loc="outside upper center", ncols=columns,
+        [handles[name] for name in names], labels, loc="outside upper center", ncols=columns,
         frameon=False, fontsize=style.points(LABEL), handlelength=2.6, columnspacing=1.4,
     )  # fmt: skip
 
@@ -205,16 +213,21 @@ def spans_decades(x: Float64[Array, " points"]) -> bool:
 
 
 def wrapped_name(name: str, letters: int) -> str:
-    """Break the name of a controller into lines of at most this length, where possible.
+    """Break the name of a controller into lines of at most this length.
+
+    It breaks after `:`, `,` and `+`; only a part that is longer also after `/`, or anywhere.
 
     >>> wrapped_name("dsgiff-frequent:beta=0.003,pause=4", 24)
     'dsgiff-frequent:\\nbeta=0.003,pause=4'
     """
     lines = [""]
-    for part in name.replace(":", ":\0").replace(",", ",\0").replace("+", "+\0").split("\0"):
-        if lines[-1] and len(lines[-1]) + len(part) > letters:
-            lines.append("")
-        lines[-1] += part
+    for part in re.split(r"(?<=[:,+])", name):
+        for folder in re.split(r"(?<=/)", part) if len(part) > letters else [part]:
+            for begin in range(0, len(folder), letters):
+                piece = folder[begin : begin + letters]
+                if lines[-1] and len(lines[-1]) + len(piece) > letters:
+                    lines.append("")
+                lines[-1] += piece
     return "\n".join(lines)
 
 

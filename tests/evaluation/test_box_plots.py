@@ -10,6 +10,7 @@ from PIL import Image
 
 from baselines.evaluation.box_plots import box_panels
 from baselines.evaluation.figure_page import Caption, draw_caption, page_style, save_figure
+from baselines.evaluation.line_plots import Means, curve_panels
 from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, styles_of
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
@@ -67,6 +68,19 @@ def test_many_boxes_stay_on_a_page_and_no_labels_overlap(texts_at_fault, style):
         figure = draw(samples)
         assert texts_at_fault(figure) == []
     assert figure.get_figwidth() == {"screen": 8.0, "paper": 3.35}[style]
+
+
+@pytest.mark.parametrize("style", ["screen", "paper"])
+def test_long_settings_and_files_of_policies_stay_on_the_page(texts_at_fault, style):
+    name = "network:runs/sweep-of-learning-rates/lr-0.0003-seed-12-batch-4096/best.safetensors"
+    setup = "es1, radio.max_range=0.2, task.duration=300, task.n_robots=12, kinematic"
+    line = Means(*np.ones((4, 3)))
+    with page_style(style):
+        figures = [
+            box_panels({setup: {name: {"": [1.0, 2.0]}}, "es2": SAMPLES}, ("", "trips"), CAPTION),
+            curve_panels({setup: {name: line, "nc": line}}, ("time [s]", "trips"), CAPTION),
+        ]
+        assert [texts_at_fault(each) for each in figures] == [[], []]
 
 
 def test_the_usual_style_comes_back():

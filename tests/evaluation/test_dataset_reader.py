@@ -187,9 +187,25 @@ def test_a_file_outside_of_the_folders_of_names_is_refused(kept):
         read_groups([str(kept.folder)])
 
 
-@pytest.mark.parametrize("asks", [{"policy.trust": True}, {"policy.observation": "layer+os:Class"}])
-def test_a_dataset_cannot_say_that_a_file_or_a_module_is_trusted(kept, asks):
+@pytest.mark.parametrize("policy", ["policy", "beside"])
+@pytest.mark.parametrize("asks", [{"trust": True}, {"observation": "layer+os:Class"}])
+def test_a_dataset_cannot_say_that_a_file_or_a_module_is_trusted(kept, asks, policy):
     group = read_groups([str(kept.folder)])[0]
-    parameters = json.dumps({"policy.file": "model.zip", **asks})
+    parameters = {
+        f"{policy}.{name}": value for name, value in {"file": "model.zip", **asks}.items()
+    }
     with pytest.raises(ConfigError, match=r"has a policy with trust=true, 'model.zip', whose code"):
-        replace(group, controller="sb3", parameters=parameters).configuration()
+        replace(group, controller="sb3", parameters=json.dumps(parameters)).configuration()
+
+
+@pytest.mark.parametrize(
+    ("controller", "parameters"),
+    [
+        ("callable", {"policy.file": "os:abort"}),
+        ("sb3", {"beside": "CallablePolicy", "beside.file": "os:abort"}),
+    ],
+)
+def test_a_dataset_cannot_name_a_module_to_import(kept, controller, parameters):
+    group = read_groups([str(kept.folder)])[0]
+    with pytest.raises(ConfigError, match=r"has a policy of a module, 'os:abort', whose code is"):
+        replace(group, controller=controller, parameters=json.dumps(parameters)).configuration()

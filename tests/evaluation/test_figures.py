@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_option
 from baselines.evaluation.figures.weights import DISAGREEMENTS, LONGEST, STEPS
 from baselines.evaluation.line_plots import path_over_time, recruited_over_time
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from training.policy_card import save_policy_card
 
 TRIPS = {"nc": 3, "ssgikf": 30, "ssgiff:beta=0.001": 40, "ssgiff": 50, "ssgiff:beta=1": 20}
 
@@ -335,3 +337,14 @@ def test_labels_of_contours_stand_within_their_map():
         for box in boxes:
             assert frame.x0 <= box.x0 < box.x1 <= frame.x1
             assert frame.y0 <= box.y0 < box.y1 <= frame.y1
+
+
+@pytest.mark.parametrize("beside", ["", ",controller=torchscript:motion.pt"])
+def test_weights_of_a_policy_are_not_those_of_the_rule_under_it(beside, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for learn in ("weighting", "motion"):
+        save_policy_card(f"{learn}.pt", "es1", learn=learn)
+        Path(f"{learn}.pt").touch()
+    assert maps_of(draw("weights", "torchscript:motion.pt"))
+    with pytest.raises(ConfigError, match=r"a policy replaces its weighting, which 'weights' can"):
+        draw("weights", f"torchscript:weighting.pt{beside}")

@@ -1,5 +1,7 @@
 """Policies of other trainers run as controllers, and do what they did in training."""
 
+import json
+
 import numpy as np
 import pytest
 import torch
@@ -10,6 +12,7 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
 from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.experiment_config import changed_parameters
 from swarm_forage_env import parallel_env
 from swarm_forage_env.controllers import find_controller, find_controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
@@ -123,6 +126,10 @@ def test_policies_of_two_layers_run_together(first, model, scenario, tmp_path):
     with pytest.raises(ConfigError, match=r"names no controller to run it beside .*controller="):
         find_controller(other)
     joined = find_controller(f"{other},controller={one}")
+    stored = json.loads(changed_parameters(joined))  # of which `plot` makes it again
+    assert find_controller("sb3").with_parameters(stored) == joined
+    with pytest.raises(UnknownNameError, match="no kind of policy named 'SB4Policy'"):
+        joined.with_parameters({**stored, "beside": "SB4Policy"})
     trips, poses = stepped(asked(joined, scenario, env.action_space), env, 7)
     model(learn=second, file=f"{second}.zip", **forms[second])  # the same network
     ticks = (env.max_cycles - 1) * env.env.config.decision_period
@@ -194,6 +201,23 @@ def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
     moved = (mates.world.robots["pose"] != before).any(axis=2)[0]
     assert mates.world.robots["command"]["wheels"][0, 1].tolist() == [0.0, 0.0]
     assert moved[[0, 2, 3]].all()
+
+
+def test_a_snapshot_under_another_policy_is_refused_and_changes_nothing(model, scenario, tmp_path):
+    model(decision_period=5)
+    model(file="stacked.zip", stack=2)
+    name, *others = (f"sb3:{tmp_path / file}.zip" for file in ("model", "stacked"))
+    loop, twin = (Loop(scenario, find_controller(name), [1], "kinematic") for _ in range(2))
+    loop.run(20)
+    twin.run(20)
+    for other in (*others, f"{name},controller=dsgiff"):
+        another = Loop(scenario, find_controller(other), [2], "kinematic")
+        another.run(10)
+        with pytest.raises(ConfigError, match="this one, whose controller has other layers or pol"):
+            loop.restore(another.snapshot())
+    loop.run(100)
+    twin.run(100)
+    assert loop.world.robots.tobytes() == twin.world.robots.tobytes()
 
 
 def test_robots_with_a_policy_and_others_make_a_swarm(model, scenario, tmp_path):

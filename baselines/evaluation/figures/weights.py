@@ -15,6 +15,7 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import PolicyOverLayers
 
 LONGEST, STEPS = 12.0, 61
 """Longest path of the robot and of its partner [m], and number of points along each."""
@@ -46,6 +47,12 @@ def draw(options: PlotOptions) -> Figure:
 def _map(name: str, apart: float) -> Float64[Array, "heard own"]:
     """Return the weight g over the partner's path (rows) and the own path (columns)."""
     controller = find_layered_controller(name)
+    policies = controller.policies.values() if isinstance(controller, PolicyOverLayers) else ()
+    if any(getattr(policy, "learn", None) != "motion" for policy in policies):
+        raise ConfigError(
+            f"controller '{name}': a policy replaces its weighting, which 'weights' cannot show;"
+            " name a rule, such as ssgikf, ssgiff or learned-weighting"
+        )
     if type(controller.estimator) is not SocialOdometryParameters:
         raise ConfigError(
             f"controller '{controller.name}': its confidence is not a path; 'weights' shows"
