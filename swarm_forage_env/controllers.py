@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from os.path import isfile
 from typing import Any
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -134,8 +135,8 @@ def parse_controller(
     """Return the name and the parameters of `name:parameter=value,parameter=value`.
 
     Scenarios have the same syntax; `kind` and `example` appear in error messages. A first value
-    without a parameter name is that of the parameter `first`: the path of a file, which extends to
-    the next `,parameter=` and may contain "=" after text that is no parameter name.
+    without a parameter name is that of the parameter `first`: the path of a file. If there is no
+    such file, it extends to the next `,parameter=`, and begins with text that is no `parameter=`.
 
     >>> parse_controller("ssgiff:beta=0.01,refractory=10")
     ('ssgiff', {'beta': '0.01', 'refractory': '10'})
@@ -161,8 +162,11 @@ def parse_controller(
 
 
 def _items(rest: str, first: str | None) -> list[str]:
-    """Split at commas, except for those in the path of the parameter `first`."""
+    """Split at commas, except for those in the path of the parameter `first`, or of its file."""
     items = rest.split(",")
+    for n in range(len(items), 0, -1) if first else ():
+        if isfile(path := ",".join(items[:n]).strip()):
+            return [f"{first}={path}", *items[n:]]
     while first and len(items) > 1 and not PARAMETER.match(items[1]):
         items[:2] = [",".join(items[:2])]
     return items

@@ -166,6 +166,15 @@ def test_other_algorithms_need_no_pickle_either(algorithm, options, model, scena
     assert_allclose(own, made.predict(observed, deterministic=True)[0], rtol=1e-4, atol=1e-5)
 
 
+def test_folders_of_sweeps_can_be_named(model, tmp_path, monkeypatch):
+    (tmp_path / "lr=0.1,seed=3").mkdir()
+    model(file="lr=0.1,seed=3/model.zip", decision_period=5)
+    monkeypatch.chdir(tmp_path)
+    for file in ("lr=0.1,seed=3/model.zip", f"{tmp_path}/lr=0.1,seed=3/model.zip"):
+        found = find_controller(f"sb3:{file},chance=true")
+        assert (found.policy.file, found.policy.chance) == (file, True)
+
+
 def test_nothing_is_unpickled_unless_asked_for(model, scenario, tmp_path, monkeypatch):
     model(policy_kwargs={"features_extractor_class": FlattenExtractor})
 
