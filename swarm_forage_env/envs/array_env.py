@@ -403,12 +403,14 @@ class ArrayEnv:
         return html_of(self, type(self).__name__)
 
     def __getstate__(self) -> dict[str, object]:
-        return {"made_by": self._arguments, "snapshot": self.snapshot()}
+        own = {"made_by": self._arguments, "snapshot": self.snapshot()}
+        return {**own, "is_unseeded": self.episodes.is_unseeded}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         *made_by, options = state["made_by"]
         ArrayEnv.__init__(self, *made_by, **options)
         self.restore(state["snapshot"])
+        self.episodes.seed_anew(state["is_unseeded"])
 
     def _prepare(self, form: PolicyForm) -> None:
         """Make the spaces and the parts of a decision."""

@@ -66,6 +66,7 @@ class Episodes:
         self.needs_upload = False
         """Whether streams or counts were changed on the CPU and not yet copied to the GPU."""
         self._is_other = np.zeros(n_worlds, np.bool_)
+        self._is_seeded = np.zeros(n_worlds, np.bool_)
         self.seed([None] * n_worlds)
 
     @property
@@ -96,6 +97,11 @@ class Episodes:
     def has_begun(self) -> bool:
         """Whether the episode of any world has begun."""
         return bool(self.ends.any())
+
+    @property
+    def is_unseeded(self) -> Bool[Array, " worlds"]:
+        """Whether each world has neither a seed nor an episode yet."""
+        return np.asarray(~self._is_seeded & (self.ends == 0))
 
     def check_begun(self) -> None:
         """Raise ResetNeeded if no episode has begun."""
@@ -151,10 +157,21 @@ class Episodes:
 
     def seed(self, seeds: Sequence[int | None]) -> None:
         """Start the seed stream of each world; None: from entropy of the operating system."""
+        is_given = [own is not None for own in seeds]
         if None in seeds:
-            unknown = np.random.SeedSequence().generate_state(len(seeds), np.uint64).tolist()
+            unknown = entropy(len(seeds)).tolist()
             seeds = [new if own is None else own for own, new in zip(seeds, unknown, strict=True)]
         self._start(np.asarray(seeds, np.uint64), np.arange(len(seeds)))
+        self._is_seeded[:] = is_given
+
+    def seed_anew(self, is_chosen: Bool[Array, " worlds"]) -> None:
+        """Start the seed streams of these worlds from entropy, as a copy of unseeded worlds does.
+
+        Copies with the stream of the original would all play the same episodes.
+        """
+        chosen = np.flatnonzero(is_chosen)
+        self._start(entropy(len(chosen)), chosen)
+        self._is_seeded[chosen] = False
 
     def stagger(self) -> None:
         """Spread the ends of the current episodes evenly over their length."""
@@ -171,6 +188,7 @@ class Episodes:
         self.drawn, numbers = deepcopy(parts_of(snapshot, 2))
         for here, saved in zip(self._numbers, numbers, strict=True):
             here[...] = saved
+        self._is_seeded[:] = True
         self.needs_upload = True
 
     @property
@@ -206,6 +224,11 @@ class Episodes:
         draw_seeds(chosen[~is_given], self.streams, others)
         seeds[~is_given] = others
         return seeds
+
+
+def entropy(n: int) -> UInt64[Array, " n"]:
+    """Return n seeds from entropy of the operating system."""
+    return np.random.SeedSequence().generate_state(n, np.uint64)
 
 
 def checked_options(options: object) -> Mapping[str, object]:

@@ -77,3 +77,24 @@ def test_a_copy_of_one_that_was_not_reset_starts_as_the_original(api, kind):
     for each in (other, env):
         reset(each)
     assert seen(other, step, STEPS) == seen(env, step, STEPS)
+
+
+def first_observations(env):
+    """Observations of the first episode after a reset without a seed, as bytes."""
+    found = env.reset()
+    return pickle.dumps(found if isinstance(found, np.ndarray) else found[0])
+
+
+@pytest.mark.parametrize("kind", COPIES)
+@pytest.mark.parametrize("api", [name for name in MADE if name != "sb3"])
+def test_copies_of_one_without_a_seed_play_other_episodes(api, kind):
+    env = MADE[api][0](**SHORT)
+    copies = [COPIES[kind](env), COPIES[kind](env)]
+    copies.append(COPIES[kind](copies[0]))  # a copy of a copy
+    assert len({first_observations(each) for each in (env, *copies)}) == 4
+
+
+@pytest.mark.parametrize("kind", COPIES)
+def test_copies_of_one_that_was_seeded_and_not_reset_play_its_episodes(kind):
+    env = SwarmVecEnv("es1", n_worlds=2, seed=3)
+    assert first_observations(COPIES[kind](env)) == first_observations(env)
