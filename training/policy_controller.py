@@ -215,6 +215,11 @@ class PolicyController(LayeredController):
         if not isinstance(other, LayeredController):
             raise ConfigError(f"controller '{other.name}': must be made of layers")
         beside, *third = other.policies.values() if isinstance(other, PolicyController) else [None]
+        if isinstance(beside, PolicyFile) and not beside.file:
+            raise ConfigError(
+                f"controller={other.name}: which file? Name it after the colon, as in"
+                f" controller={other.name}:model.zip"
+            )
         if third:
             raise ConfigError(
                 f"policy {self.policy.source}: cannot run beside the two policies of"
