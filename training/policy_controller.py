@@ -150,21 +150,28 @@ class PolicyController(LayeredController):
             self.hand_written.check_supports(scenario)
 
     def assumed(self, scenario: BaseScenario) -> str:
-        """Return a message on the keywords assumed for a file without a card; empty with a card."""
-        if not isinstance(self.policy, PolicyFile) or self.policy.card() is not None:
+        """Return a message on the keywords assumed for files without a card; empty with cards."""
+        each = (self._assumed_of(name, scenario) for name in self.policies)
+        return "; ".join(message for message in each if message)
+
+    def _assumed_of(self, name: str, scenario: BaseScenario) -> str:
+        policy = self.policies[name]
+        if not isinstance(policy, PolicyFile) or policy.card() is not None:
             return ""
-        form = self.form(scenario)
-        terms = {name: value for name, value in form.config if name in PolicyKeywords.model_fields}
-        terms["observation"] = self.policy.observation
+        form = form_of(policy, scenario)
+        known = PolicyKeywords.model_fields
+        terms = {keyword: value for keyword, value in form.config if keyword in known}
+        terms["observation"] = policy.observation
         first = "wheels" if form.config.residual else next(iter(form.task.steerings), "none")
         terms["action"] = form.config.action or first
         terms["reflexes"] = form.action.has_reflexes
         if not self.is_everything:
             terms["controller"] = self.name_of_layers()
+        prefix = "" if name == "policy" else f"{name}."
         return (
-            f"policy {self.policy.source} has no card: assuming {as_keywords(terms)}; if it was"
+            f"policy {policy.source} has no card: assuming {as_keywords(terms)}; if it was"
             " trained with others, give them:"
-            f" {self.name}:{self.policy.source},decision_period=5"
+            f" {self.name}:{self.policy.source},{prefix}decision_period=5"
         )
 
     def form(self, scenario: BaseScenario) -> PolicyForm:

@@ -166,6 +166,12 @@ def test_what_did_the_rest_is_said_by_the_name_where_a_card_may_not(tmp_path):
     (tmp_path / "m.pt").write_bytes(b"")
     found = find_controller(f"torchscript:{tmp_path / 'm.pt'},controller=learned-weighting")
     assert (found.layer_names["weighting"], found.policy.decision_period) == ("learned", 4)
+    (tmp_path / "w.pt").write_bytes(b"")
+    beside = f"torchscript:{tmp_path / 'w.pt'}"
+    both = find_controller(f"torchscript:{tmp_path / 'm.pt'},learn=weighting,controller={beside}")
+    said = both.assumed(find_scenario("es1"))
+    assert "w.pt has no card: assuming learn=motion" in said
+    assert "m.pt,beside.decision_period=5" in said
     with pytest.raises(ConfigError, match=r"^controller=sb3: which file\? .*=sb3:model\.zip$"):
         find_controller(f"torchscript:{tmp_path / 'm.pt'},controller=sb3")
 
