@@ -30,24 +30,32 @@ METADATA: dict[str, object] = {
 class JointWorlds(ShownEnv):
     """W worlds; in each, the first robot or all robots learn.
 
-    Each world is one row: the concatenated observations of its learners. So are their actions,
-    unless `_action_shape` sets another shape of the same size.
+    Each world is one row: the concatenated observations of its learners; if `is_shared`, each
+    learner is one. So are their actions, unless `_action_shape` sets another shape of the same
+    size.
     """
 
     single_learner: ClassVar[bool] = False
+    is_shared: ClassVar[bool] = False
 
-    def _make(self, n_worlds: int, options: Mapping[str, Any]) -> None:
+    def _make(self, n_rows: int, options: Mapping[str, Any]) -> None:
         rest = dict(options)
         render_mode = rest.pop("render_mode", None)
         check_render_mode(render_mode)
         refuse_keywords_of_blocks(rest)
         if self.single_learner:
             rest.setdefault("learners", 1)
-        env = ArrayEnv(n_worlds=n_worlds, **rest)
+        self._rows_in_world = len(ArrayEnv(**rest).learners) if self.is_shared else 1
+        if n_rows % self._rows_in_world:
+            raise ConfigError(
+                f"num_envs={n_rows}: each robot that learns is an environment, and a world has"
+                f" {self._rows_in_world}; use a multiple of {self._rows_in_world}"
+            )
+        env = ArrayEnv(n_worlds=n_rows // self._rows_in_world, **rest)
         self._show(env, render_mode)
-        own, n_learners = env.observation_space, len(env.learners)
-        self._joint_observations = own if n_learners == 1 else repeated(own, n_learners)
-        self._joint_actions = joint_actions(env.action_space, n_learners)
+        own, n_together = env.observation_space, len(env.learners) // self._rows_in_world
+        self._joint_observations = own if n_together == 1 else repeated(own, n_together)
+        self._joint_actions = joint_actions(env.action_space, n_together)
         self._action_shape: tuple[int, ...] = self._joint_actions.shape or ()
         self._is_team_reward = env.config.reward == "team"
         self._unshaped: Infos = {}
@@ -57,39 +65,47 @@ class JointWorlds(ShownEnv):
         seeds: Sequence[int | None],
         options: Mapping[str, object] | None = None,
         worlds: Sequence[int] | None = None,
-    ) -> Float32[Array, "worlds numbers"]:
+    ) -> Float32[Array, "rows numbers"]:
         """Reset these worlds, or all, each to its seed, and return the observations."""
         observations, self._unshaped = self.array_env.reset(seeds, worlds, options)
         self._screen.follow()
-        joined: Float32[Array, "worlds numbers"] = observations.reshape(len(observations), -1)
-        return joined
+        return self._rows(observations)
 
     def _advance(
         self, actions: object
     ) -> tuple[
-        Float32[Array, "worlds numbers"], Float64[Array, "worlds learners"], Bool[Array, " worlds"]
+        Float32[Array, "rows numbers"], Float64[Array, "worlds learners"], Bool[Array, " worlds"]
     ]:
         """Run one decision period; a refused action leaves the worlds unchanged."""
         self.array_env.episodes.check_begun()
         rows = self.array_env.actions.rows(self._as_rows(actions))
         observations, rewards, _, truncated, self._unshaped = self.array_env.advance(rows)
         self._screen.follow()
-        return observations.reshape(len(observations), -1), rewards, truncated
+        return self._rows(observations), rewards, truncated
 
-    def _joint(self, rewards: Float64[Array, "worlds learners"]) -> Float64[Array, " worlds"]:
-        """Return one reward for each world: the sum over its learners, or the team's mean."""
-        return rewards[:, 0].copy() if self._is_team_reward else rewards.sum(axis=1)
+    def _rows(self, values: Array) -> Array:
+        """Return values of learners, whose first axes are worlds and learners, as rows."""
+        return values.reshape(len(values) * self._rows_in_world, -1)
 
-    def _joint_infos(self) -> dict[str, Float64[Array, " worlds"]]:
-        """Return the logged values: counts are summed over a world's learners, others averaged."""
+    def _of_rows(self, values: Array) -> Array:
+        """Return values of worlds for each row."""
+        return values if self._rows_in_world == 1 else values.repeat(self._rows_in_world)
+
+    def _joint(self, rewards: Float64[Array, "worlds learners"]) -> Float64[Array, " rows"]:
+        """Return one reward for each row: the sum over its learners, or the team's mean."""
+        rows = self._rows(rewards)
+        return rows[:, 0].copy() if self._is_team_reward else rows.sum(axis=1)
+
+    def _joint_infos(self) -> dict[str, Float64[Array, " rows"]]:
+        """Return the logged values: counts are summed over a row's learners, others averaged."""
         env = self.array_env
         log, counts = env.log(), env.truth.counts
-        infos = {
-            name: log[:, :, k].sum(axis=1) if name in counts else log[:, :, k].mean(axis=1)
-            for k, name in enumerate(env.infos)
-        }
+        infos = {}
+        for k, name in enumerate(env.infos):
+            rows = self._rows(log[:, :, k])
+            infos[name] = rows.sum(axis=1) if name in counts else rows.mean(axis=1)
         for name, value in self._unshaped.items():
-            infos[name] = self._joint(value) if value.ndim == 2 else value
+            infos[name] = self._joint(value) if value.ndim == 2 else self._of_rows(value)
         return infos
 
     def _frames(self) -> list[Frame | str | None]:
@@ -98,12 +114,12 @@ class JointWorlds(ShownEnv):
         return self._screen.draw()
 
     def _as_rows(self, actions: object) -> Array:
-        env = self.array_env
-        shape = (env.n_worlds, *self._action_shape)
+        env, row = self.array_env, "robot" if self.is_shared else "world"
+        shape = (env.n_worlds * self._rows_in_world, *self._action_shape)
         array = as_array(actions)
         if array.shape[:1] != shape[:1]:
             raise ConfigError(
-                f"actions of shape {array.shape}: must be {shape}, one for each world"
+                f"actions of shape {array.shape}: must be {shape}, one for each {row}"
             )
         if array.shape != shape:
             raise ConfigError(

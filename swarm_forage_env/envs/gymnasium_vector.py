@@ -1,4 +1,4 @@
-"""Gymnasium vector environments on one block of worlds: in each, one robot or all robots learn."""
+"""Gymnasium vector environments on one block of worlds, in which one robot or all robots learn."""
 
 from collections.abc import Mapping
 from typing import Any, Unpack
@@ -61,7 +61,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, object] | None = None
-    ) -> tuple[Float32[Array, "worlds numbers"], dict[str, object]]:
+    ) -> tuple[Float32[Array, "rows numbers"], dict[str, object]]:
         """Reset all worlds; a seed fixes an episode and all later ones started without a seed.
 
         With the autoreset mode DISABLED, `options["reset_mask"]` chooses the worlds; other options
@@ -69,16 +69,16 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         """
         numbers = dict(checked_options(options))
         chosen = self._chosen(numbers.pop("reset_mask", None))
-        seeds = checked_seeds(seed, self.num_envs)
+        seeds = checked_seeds(seed, self.array_env.n_worlds)
         return self._begin([seeds[w] for w in chosen], numbers, chosen), self._infos()
 
     def step(
         self, actions: object
     ) -> tuple[
-        Float32[Array, "worlds numbers"],
-        Float64[Array, " worlds"],
-        Bool[Array, " worlds"],
-        Bool[Array, " worlds"],
+        Float32[Array, "rows numbers"],
+        Float64[Array, " rows"],
+        Bool[Array, " rows"],
+        Bool[Array, " rows"],
         dict[str, object],
     ]:
         """Run one decision period; a refused action leaves the worlds unchanged.
@@ -113,33 +113,38 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         return tuple(each.entropy for each in sequences)
 
     def render(self) -> Any:  # noqa: ANN401 as in Gymnasium
-        """Return the RGB frame (`ansi`: text) of each world; ConfigError without a render mode."""
-        return tuple(self._frames())
+        """Return a frame of its world (`ansi`: text) per row; ConfigError without a render mode."""
+        return tuple(frame for frame in self._frames() for _ in range(self._rows_in_world))
 
     def close_extras(self, **kwargs: object) -> None:
         """Close the window, if there is one."""
         self._screen.close()
 
     @property
-    def _over(self) -> Bool[Array, " worlds"]:
-        """Whether the episode of each world has ended, by itself or at `max_episode_steps`."""
+    def _over(self) -> Bool[Array, " rows"]:
+        """Whether the episode of each row has ended, by itself or at `max_episode_steps`."""
         env = self.array_env
-        return np.asarray(env.is_over | (env.episodes.steps >= self.max_cycles))
+        return self._of_rows(np.asarray(env.is_over | (env.episodes.steps >= self.max_cycles)))
 
     def _chosen(self, mask: object) -> list[int]:
         if mask is None:
-            return list(range(self.num_envs))
+            return list(range(self.array_env.n_worlds))
         chosen = np.asarray(mask)
         if chosen.dtype != np.bool_ or chosen.shape != (self.num_envs,):
+            rows = "robots" if self.is_shared else "worlds"
             raise ConfigError(
-                f"options['reset_mask']={mask!r}: must be a mask of {self.num_envs} worlds"
+                f"options['reset_mask']={mask!r}: must be a mask of {self.num_envs} {rows}"
             )
         if self._mode is not AutoresetMode.DISABLED and not chosen.all():
             raise ConfigError(
                 "options['reset_mask']: worlds that reset themselves must stay in step, so none"
                 " is reset alone; use autoreset_mode='Disabled', or reset all worlds"
             )
-        return np.flatnonzero(chosen).tolist()
+        by_world = chosen.reshape(-1, self._rows_in_world)
+        worlds = by_world.all(axis=1)
+        if (by_world.any(axis=1) != worlds).any():
+            raise ConfigError("options['reset_mask']: the robots of a world are reset together")
+        return np.flatnonzero(worlds).tolist()
 
     def _infos(self) -> dict[str, object]:
         return self._masked(self._joint_infos())
@@ -166,6 +171,20 @@ class JointVectorEnv(_SwarmVectorEnv):
     >>> JointVectorEnv(num_envs=3, scenario="near").action_space.shape
     (3, 10)
     """
+
+
+class SharedVectorEnv(_SwarmVectorEnv):
+    """Vector of robots, for parameter sharing: one policy acts for each robot that learns.
+
+    Environment k is learner k % L of world k // L, as in `SwarmVecEnv`, where L robots of a world
+    learn: all, unless `learners` selects some. `num_envs` is a multiple of L. Seeds are given per
+    world, and the robots of a world are reset together.
+
+    >>> SharedVectorEnv(num_envs=15, scenario="near").action_space.shape  # three worlds
+    (15, 2)
+    """
+
+    is_shared = True
 
 
 def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:

@@ -27,18 +27,23 @@ VERSIONS = (2, 1)
 """Versions that have ids, the newest first; an older version is kept for one release."""
 
 
-KINDS = {"": "Learner", "-Joint": "Joint", "-Tuple": "Tuple"}
+KINDS = {"": "Learner", "-Joint": "Joint", "-Tuple": "Tuple", "-Shared": "Shared"}
 """Suffix of the name in Gymnasium's ids, and prefix of the class of the environment."""
 
 
 def register_with_gymnasium() -> None:
-    """Register each scenario as `SwarmForage/<Name>-v2`, `<Name>-Joint-v2`, `<Name>-Tuple-v2`."""
+    """Register each scenario as `SwarmForage/<Name><kind>-v2`, with each of `KINDS`.
+
+    Gymnasium's vector environments take no lists of rewards; robots that share a policy are
+    environments of a vector.
+    """
     for (scenario, name), version, (kind, cls) in product(NAMES.items(), VERSIONS, KINDS.items()):
         is_tuple = cls == "Tuple"
+        single = None if cls == "Shared" else f"{ENVS}.gymnasium_env:{cls}Env"
         vector = None if is_tuple else f"{ENVS}.gymnasium_vector:{cls}VectorEnv"
         gymnasium.register(
             f"SwarmForage/{name}{kind}-v{version}",
-            f"{ENVS}.gymnasium_env:{cls}Env",
+            single,
             vector_entry_point=vector,
             disable_env_checker=is_tuple,  # it warns about rewards in a list
             kwargs={"scenario": scenario, **keywords_of(version, scenario)},

@@ -23,7 +23,7 @@ FEW = {"task.n_robots": 3}
 
 def test_every_scenario_has_its_ids():
     assert set(NAMES) == set(SCENARIOS)
-    kinds = "", "-Joint", "-Tuple"
+    kinds = "", "-Joint", "-Tuple", "-Shared"
     names = product(NAMES.values(), kinds, (1, 2))
     ids = {f"SwarmForage/{name}{kind}-v{version}" for name, kind, version in names}
     assert {each for each in gym.registry if each.startswith("SwarmForage/")} == ids

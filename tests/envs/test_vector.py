@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode
 from numpy.testing import assert_array_equal
 
 import tests.commands  # noqa: F401 enters its ids
-from swarm_forage_env import ConfigError
+from swarm_forage_env import ArrayEnv, ConfigError
 
 WORLDS = 3
 SINGLE, JOINT = "Commands/ES1-v0", "Commands/ES1-Joint-v0"
@@ -76,6 +76,43 @@ def test_the_shorter_of_time_limit_and_max_cycles_ends_the_episodes(most, cycles
     block, single = in_one_block(SINGLE, **terms), one_by_one(SINGLE, **terms)
     assert assert_equal_for(15, block, single) == 3 * 3
     assert assert_equal_for(15, pickle.loads(pickle.dumps(block)), single) == 3 * 3
+
+
+def test_robots_that_share_a_policy_are_rows_of_their_worlds():
+    made, options = "SwarmForage/ES1-Shared-v2", {"max_cycles": 9, "learners": 2, "reward": "team"}
+    robots = gym.make_vec(made, num_envs=6, autoreset_mode="SameStep", shaping=1.0, **options)
+    worlds, rng = ArrayEnv("es1", 3, shaping=1.0, **options), np.random.default_rng(0)
+    observed, _ = robots.reset(seed=5)
+    assert_array_equal(observed, worlds.reset(seed=5)[0].reshape(6, -1))
+    for step in range(1, 19):
+        actions = rng.uniform(-1.0, 1.0, robots.action_space.shape).astype(np.float32)
+        observed, rewards, _, truncated, infos = robots.step(actions)
+        expected, rewarded, _, over, _ = worlds.step(actions.reshape(3, 2, -1))
+        if over.all():
+            assert_array_equal(np.stack(infos["final_obs"]), expected.reshape(6, -1))
+            for k, name in enumerate(worlds.infos):
+                assert_array_equal(infos["final_info"][name], worlds.log()[:, :, k].ravel())
+            expected, _ = worlds.reset()
+        assert_array_equal(observed, expected.reshape(6, -1))
+        assert_array_equal(rewards, rewarded.ravel())
+        assert truncated.tolist() == [step % 9 == 0] * 6
+
+
+def test_robots_that_share_a_policy_are_reset_with_their_world():
+    made, options = "SwarmForage/Near-Shared-v2", {"render_mode": "ansi", "max_cycles": 1}
+    robots = gym.make_vec(made, num_envs=10, autoreset_mode="Disabled", **options)
+    robots.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"must be \(10, 2\), one for each robot"):
+        robots.step(np.zeros((2, 2)))
+    ended = robots.step(np.zeros((10, 2)))[3]
+    mask = ended & (np.arange(10) < 5)
+    robots.reset(options={"reset_mask": mask})
+    assert len(set(robots.render()[:5])) == 1
+    assert robots.render()[0] != robots.render()[5]
+    with pytest.raises(ConfigError, match="robots of a world are reset together"):
+        robots.reset(options={"reset_mask": np.arange(10) < 4})
+    with pytest.raises(ConfigError, match=r"num_envs=12: .*a multiple of 5"):
+        gym.make_vec(made, num_envs=12)
 
 
 def test_without_autoreset_the_end_is_the_end():
