@@ -88,7 +88,8 @@ class MotionLayer:
     """Layer that drives a robot."""
 
     steer: Kernel
-    """Writes the command of a robot."""
+    """Writes the command of a robot; of an e-puck it is called as
+    `steer(situation, readings, heard, wheels, memory, numbers)`."""
     numbers: KernelNumbers
     """Parameters by name; each world has its own record of them."""
     memory: type[Record] = NoMemory

@@ -146,7 +146,8 @@ def _policies(rows: Sequence[Sequence[Controller]]) -> list[tuple[PolicyOverLaye
         ]
         if any(policy != policies[0] for policy in policies):
             raise ConfigError(
-                "controllers of one block: a robot must have the same policies in all worlds"
+                "controllers of one block: a robot must have the same policies in all worlds; run a"
+                " block for each policy, or let ArrayEnv take the actions of all worlds"
             )
         if isinstance(each, PolicyOverLayers):
             teams.setdefault(id(each), (each, []))[1].append(robot)

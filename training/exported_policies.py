@@ -20,6 +20,7 @@ from pydantic import Field
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import files_read_by
 from training.foreign_file import check_file, check_zip, reason
 from training.policy import PolicyFile, Started, StateSize, imported, module_file, started_function
 from training.policy_card import PolicyCard
@@ -115,8 +116,10 @@ class CallablePolicy(PolicyFile):
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """Files that the output depends on, including the file of the module."""
-        return (*super(PolicyFile, self).reads, module_file(self._function()))
+        """Files that the output depends on: that of the module, and those in `function.reads`."""
+        function = self._function()
+        own = map(Path, files_read_by(function))
+        return (*super(PolicyFile, self).reads, module_file(function), *own)
 
     def card(self) -> PolicyCard | None:
         """Return None: a function has no card; its name gives the keywords."""

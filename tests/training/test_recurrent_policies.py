@@ -131,10 +131,10 @@ def test_a_copied_episode_goes_on_with_its_states():
 
 def test_a_function_of_a_module_has_a_state_too(tmp_path, monkeypatch):
     code = "import numpy as np\ndef own(seen, states):\n    return np.sin(states + 1), states + 1\n"
-    (tmp_path / "my_memory.py").write_text(code)
+    (tmp_path / "my_memory.py").write_text(code + f"own.reads = [{str(tmp_path / 'w')!r}]\n")
     monkeypatch.syspath_prepend(tmp_path)
     named = find_controller("callable:my_memory:own,n_state=2")
-    assert named.policy.reads[-1] == tmp_path / "my_memory.py"
+    assert named.policy.reads[-2:] == (tmp_path / "my_memory.py", tmp_path / "w")
     own = policy_controller(lambda seen, states: (np.sin(states + 1), states + 1), n_state=2)
     scenario = find_scenario("es1", NUMBERS)
     assert_array_equal(ran(named, [3], scenario), ran(own, [3], scenario))
