@@ -178,6 +178,11 @@ def _files(source: str) -> list[Path]:
             f"dataset {source}: holds trajectories or transitions, and no episodes; name a folder"
             " that swarm-forage evaluate or reproduce has written"
         )
+    if folder.is_file():
+        raise ConfigError(
+            f"dataset {source}: is a file; name the folder that swarm-forage evaluate or reproduce"
+            " has written, in which it lies"
+        )
     reason = "holds no episodes" if folder.is_dir() else "no such folder"
     raise ConfigError(
         f"dataset {source}: {reason}; make one with swarm-forage evaluate es1 nc ssgikf --out"

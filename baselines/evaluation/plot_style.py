@@ -52,12 +52,16 @@ CONTROLLERS = {
     "oracle-weighting": ("black", 11),
     "oracle-weighting-frequent": ("black", 4),
     "random": ("silver", 0),
+    "sb3": ("sky", 3),
+    "torchscript": ("orange", 4),
+    "network": ("green", 5),
+    "callable": ("pink", 2),
     "weighting": ("pink", 7),
     "motion": ("green", 8),
     "weighting-both": ("wine", 9),
     "motion-both": ("wine", 9),
 }
-"""Colour and number of the mark of named controllers and of bundled policies."""
+"""Colour and number of the mark of named controllers, policy forms and bundled policies."""
 
 INK, FAINT, GRID = "#222222", "#666666", "#dddddd"
 

@@ -86,6 +86,7 @@ REFUSED = [
     (("boxplot", "--out=x.png"), "Missing argument"),
     (("box", "runs/es1", "--out=x.png"), "did you mean 'boxplot'?"),
     (("boxplot", "missing", "--out=x.png"), "dataset missing: no such folder"),
+    (("boxplot", "taken", "--out=x.png"), "dataset taken: is a file; name the folder"),
     (("boxplot", "runs/es1", "--out=x.jpg"), "--out x.jpg: the name must end in .png, .pdf, .svg"),
     (("boxplot", "runs/es1", "--out=taken/x.png"), "--out taken/x.png: cannot be written"),
     (("boxplot", "runs/es1", "--out=folder.png"), "--out folder.png: cannot be written"),

@@ -182,6 +182,7 @@ def test_a_controller_has_one_colour_whatever_its_parameters_and_company():
     assert among["ssgiff:beta=0.01"].colour == alone.colour
     assert colour_of("somebody-elses") == colour_of("somebody-elses:x=1")
     assert colour_of("ssgiff:beta=0.01") == alone.colour
+    assert colour_of("sb3:model.zip") not in {colour_of("nc"), colour_of("ssgikf")}
     assert colour_of("dsgiff-brisk") == colour_of("dsgiff-frequent"), "its old name"
 
 
