@@ -37,9 +37,9 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import Seeds
 from swarm_forage_env.envs.keywords import SingleEnvOptions
-from swarm_forage_env.envs.make import checked_parts
+from swarm_forage_env.envs.make import ON_SPACE
 from swarm_forage_env.errors import ConfigError
-from training.policy_card import card_of
+from training.policy_card import PolicyCard, card_from
 from training.torchscript import save_torchscript
 
 OfAgents = dict[str, Any]
@@ -49,6 +49,9 @@ Step = tuple[list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], lis
 """Observations, rewards, terminations, truncations and infos of a step, world by world."""
 
 ALL = "__all__"
+
+ROWS = 10
+"""Rows of observations with which a saved module is called at once."""
 
 
 class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
@@ -187,7 +190,8 @@ class SavesPolicies(RLlibCallback):  # type: ignore[misc]
 def save_policies(algorithm: Algorithm, folder: str | Path) -> list[Path]:
     """Save each module without its noise as TorchScript, such as `robot.pt`, with a card beside it.
 
-    ConfigError for a module with a memory, and for observations that a connector changes first.
+    The environment is one of this project, also behind RLlib's `ParallelPettingZooEnv`. ConfigError
+    for a module with a memory, and for observations that a connector or a wrapper changes first.
     """
     config = algorithm.config
     if config._env_to_module_connector is not None:
@@ -195,16 +199,23 @@ def save_policies(algorithm: Algorithm, folder: str | Path) -> list[Path]:
             "env_to_module_connector: changes what a module observes, which its file cannot"
             " record; leave it out: observations lie in [-1, 1] as they are"
         )
-    options = dict(config.env_config)
-    scenario, controller = options.pop("scenario", "es1"), options.pop("controller", None)
-    parts = checked_parts(scenario, controller, options)
-    card, n_robots = card_of(parts), parts.form.scenario.task.n_robots
+    modules = {name: algorithm.get_module(name) for name in sorted(config.policies)}
+    cards = {name: _card_of(name, module) for name, module in modules.items()}
     return [
-        save_torchscript(
-            _acting(algorithm.get_module(name), config), n_robots, card, Path(folder) / f"{name}.pt"
-        )
-        for name in sorted(config.policies)
+        save_torchscript(_acting(module, config), ROWS, cards[name], Path(folder) / f"{name}.pt")
+        for name, module in modules.items()
     ]
+
+
+def _card_of(name: str, module: RLModule) -> PolicyCard:
+    """Return the card on the observation space of a module. ConfigError without one."""
+    text = getattr(module.observation_space, ON_SPACE, None)
+    if text is None:
+        raise ConfigError(
+            f"module '{name}': its observation space has no card, so it is not that of a robot;"
+            " train without wrappers and Joint forms, which make a space of their own"
+        )
+    return card_from(text, f"of the module '{name}'")
 
 
 def _acting(module: RLModule, config: AlgorithmConfig) -> Callable[[Tensor], Tensor]:
@@ -214,6 +225,9 @@ def _acting(module: RLModule, config: AlgorithmConfig) -> Callable[[Tensor], Ten
 
     def act(observed: Tensor) -> Tensor:
         outputs = fixed.forward_inference({Columns.OBS: observed})
+        if Columns.ACTIONS in outputs:  # of DQN
+            chosen: Tensor = outputs[Columns.ACTIONS]
+            return chosen
         drawn_from = distribution.from_logits(outputs[Columns.ACTION_DIST_INPUTS])
         action: Tensor = drawn_from.to_deterministic().sample()
         if isinstance(space, Discrete) or not config.normalize_actions:

@@ -113,6 +113,25 @@ def test_a_module_is_evaluated_under_the_keywords_of_its_training(
     np.testing.assert_allclose(poses, block.world.robots["pose"], atol=1e-3)
 
 
+def test_a_saved_policy_has_the_card_of_its_environment_whatever_made_it(ray, evaluated, tmp_path):
+    from ray.rllib.algorithms.dqn import DQNConfig
+
+    from training.policy_card import read_policy_card
+    from training.rllib_env import save_policies
+
+    make = "swarm_forage_env:SwarmForage/Near-v2"
+    config = DQNConfig().environment(make, env_config={"discrete": True, "decision_period": 4})
+    algorithm = config.env_runners(num_env_runners=0).build_algo()
+    (file,) = save_policies(algorithm, tmp_path)
+    card = read_policy_card(file)
+    assert (card.scenario, card.keywords.decision_period) == ("near", 4)
+    evaluated(f"torchscript:{file}", find_scenario("near"), 7, 4)  # DQN's, too, runs by its name
+    del algorithm.get_module("default_policy").observation_space.policy_card
+    with pytest.raises(ConfigError, match="'default_policy': its observation space has no card"):
+        save_policies(algorithm, tmp_path)
+    algorithm.stop()
+
+
 def test_env_runners_in_other_processes_step_a_block_each(example, small, ray):
     config = example("rllib_ppo").configure(1, 2, 60, learn="motion", max_cycles=60, **small)
     algorithm = config.env_runners(num_env_runners=2).build_algo()
