@@ -220,7 +220,7 @@ def save(agent: Agent, options: Options, **more: Any) -> None:
     """Keep the policy as TorchScript, with a card of what it was trained under."""
     file = Path(options.out) / "policy.pt"
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # torch prefers torch.export
+        warnings.filterwarnings("ignore", "`torch.jit")  # torch prefers torch.export
         torch.jit.script(agent.policy).save(file)  # type: ignore[no-untyped-call]
     save_policy_card(file, options.scenario, **(keywords(options) | more))
 

@@ -81,7 +81,7 @@ def _constant(value: object) -> object:
 
 
 def _code(code: CodeType, docstring: str | None) -> Iterator[object]:
-    yield code.co_name, code.co_code, code.co_names
+    yield code.co_name, code.co_code, code.co_names, code.co_varnames[: code.co_argcount]
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from _code(constant, None)

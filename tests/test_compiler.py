@@ -69,6 +69,7 @@ SAME = {
 }
 
 OTHER = {
+    "a parameter": (CALLEE.replace("(x)", "(y)").replace(" x ", " y "), CALLER),
     "a line of the caller": (CALLEE, CALLER.replace("found +=", "found -=")),
     "the kind of a global array": (CALLEE.replace("2.0])", "2.0], np.float32)"), CALLER),
     "a global tuple of the callee": (CALLEE.replace("9.0)", "8.0)"), CALLER),

@@ -63,7 +63,7 @@ class TorchScriptPolicy(_Exported):
         path = self.path
         check_file(path, "policy")
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # torch prefers its newer export
+            warnings.filterwarnings("ignore", "`torch.jit")  # torch prefers its newer export
             try:
                 check_zip(path)
                 network = torch.jit.load(str(path), map_location="cpu").eval()  # type: ignore[no-untyped-call]

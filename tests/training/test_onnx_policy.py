@@ -122,7 +122,7 @@ class Network(torch.nn.Module):
         (Box(-1.0, 1.0, (2,)), [[0.0, 1.0], [3.0, 1.0]], [[0.0, 1.0], [3.0, 1.0]]),
     ],
 )  # fmt: skip
-@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+@pytest.mark.filterwarnings("ignore:`torch.jit")
 def test_a_network_in_torchscript_tells_choices_by_number_or_by_score(
     tmp_path, monkeypatch, space, given, acts
 ):
