@@ -124,7 +124,8 @@ def test_a_claim_holds_where_its_means_lie_and_the_nearest_beta_speaks_for_the_o
     trips = dict.fromkeys(OTHERS, 140) | {"nc": 60, "ssgikf": 150, "ssgiff:beta=0.01": 170}
     found = held([*episodes("es1", **trips), *episodes("es2", ssgikf=1400)])
     assert [text for text, holds in found.items() if not holds] == [
-        "es1: times faster recruitment with communication"
+        "es1: recruitment time of each strategy over the mean of the four",
+        "es1: times faster recruitment with communication",
     ]
     worse = held(episodes("es1", **trips | {"ssgiff:beta=0.0001": 160}))
     assert not worse["es1: every other beta below SGIKF"]
