@@ -9,6 +9,8 @@ from typing import Any
 
 import gymnasium
 
+from swarm_forage_env.errors import ConfigError
+
 _SIZES = ("05", "10", "25", "50")
 _SCENARIOS = (
     "es1", "es2", "es3", "real", "ants2008", "es1-clean", "near", "two-prey", "moving-prey",
@@ -39,15 +41,23 @@ def register_with_gymnasium() -> None:
     """
     for (scenario, name), version, (kind, cls) in product(NAMES.items(), VERSIONS, KINDS.items()):
         is_tuple = cls == "Tuple"
-        single = None if cls == "Shared" else f"{ENVS}.gymnasium_env:{cls}Env"
+        single = "registration:refuse_single" if cls == "Shared" else f"gymnasium_env:{cls}Env"
         vector = None if is_tuple else f"{ENVS}.gymnasium_vector:{cls}VectorEnv"
         gymnasium.register(
             f"SwarmForage/{name}{kind}-v{version}",
-            single,
+            f"{ENVS}.{single}",
             vector_entry_point=vector,
             disable_env_checker=is_tuple,  # it warns about rewards in a list
             kwargs={"scenario": scenario, **keywords_of(version, scenario)},
         )
+
+
+def refuse_single(**_: object) -> gymnasium.Env[Any, Any]:
+    """Raise ConfigError: the entry point for one environment of ids that have vectors only."""
+    raise ConfigError(
+        "gym.make: the robots of a -Shared environment are environments of one vector; use"
+        " gym.make_vec, or the id without -Shared, in which one robot learns"
+    )
 
 
 def register_with_pettingzoo() -> None:

@@ -111,6 +111,8 @@ def test_robots_that_share_a_policy_are_reset_with_their_world():
     assert robots.render()[0] != robots.render()[5]
     with pytest.raises(ConfigError, match="robots of a world are reset together"):
         robots.reset(options={"reset_mask": np.arange(10) < 4})
+    with pytest.raises(ConfigError, match=r"use gym\.make_vec, or the id without -Shared"):
+        gym.make(made)
     with pytest.raises(ConfigError, match=r"num_envs=12: .*a multiple of 5"):
         gym.make_vec(made, num_envs=12)
 
