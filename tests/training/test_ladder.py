@@ -255,7 +255,7 @@ def test_offline_algorithms_learn_and_are_scored_in_the_action_space_of_the_tran
         assert (keywords["action"], keywords["decision_period"]) == ("wheels", 1)
         assert (keywords["reflexes"], keywords["walk"]) == (False, False)
         assert keywords["task.n_robots"] == 3
-    assert len(played) == 2
+    assert len(played) == 4
 
 
 def test_an_algorithm_for_some_rungs_is_run_on_no_others(rung):
@@ -372,16 +372,21 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(monkeypatch, rung
 
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: train)
 
-    def play(*given, stochastic=False):
-        played.append((*given, stochastic))
-        return [len(given[2]) - 0.5 * stochastic]
+    def play(keywords, *given, stochastic=False):
+        played.append((keywords, *given, stochastic))
+        return [len(given[1]) - 0.5 * stochastic + 10 * ("physics" in keywords)]
 
     monkeypatch.setattr(benchmark, "play", play)
     job = Job(rung, read_algorithms()["sb3_ppo"], 4, 600)
     found = benchmark.make(job)
     told = {name: value for name, value in TINY.items() if name != "physics"}
-    tested = [(told, ("best", 4), range(1000, 1002), stochastic) for stochastic in (False, True)]
+    tested = [
+        (keywords, ("best", 4), range(1000, 1002), stochastic)
+        for keywords in (told, {**told, "physics": "kinematic"})
+        for stochastic in (False, True)
+    ]
     assert played == [(told, 600, 4), *tested]
+    assert (found.scores_kinematic, found.scores_kinematic_by_chance) == ([12.0], [11.5])
     assert (found.train_s, found.seed, found.robot_steps) == (9.0, 4, 600)
     assert (found.scores, found.scores_by_chance) == ([2.0], [1.5])
     assert (found.rung, found.algorithm, found.key) == ("tiny", "sb3_ppo", job.key)

@@ -108,6 +108,7 @@ def make(job: Job) -> Run:
     trainer_of(job.algorithm)(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
     seeds = TEST_SEEDS[: job.rung.card.episodes]
+    kinematic = {**watch.keywords, "physics": "kinematic"}
     return Run(
         rung=job.rung.name,
         algorithm=job.algorithm.name,
@@ -120,6 +121,8 @@ def make(job: Job) -> Run:
         scores=play(watch.keywords, watch.best, seeds),
         scores_by_chance=play(watch.keywords, watch.best, seeds, stochastic=True),
         versions=versions(),
+        scores_kinematic=play(kinematic, watch.best, seeds),
+        scores_kinematic_by_chance=play(kinematic, watch.best, seeds, stochastic=True),
     )
 
 

@@ -2,7 +2,7 @@
 
 import statistics
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from string import Template
 
@@ -147,28 +147,34 @@ def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
 
 def defaults_lines(rung: Rung, runs: Sequence[Run]) -> list[tuple[str, ...]]:
     """Return the head of the table and one line per algorithm: the score of each seed, the median,
-    the minimum, the number of seeds above the hand-written `ssgikf`, and the median on held-back
-    seeds after half of the robot-steps."""
+    the minimum, the number of seeds above the hand-written `ssgikf`, the median on held-back seeds
+    after half of the robot-steps, and the scores under the engine `kinematic`."""
     bar = rung.card.scores[BAR].mean
     lines = []
     for algorithm, own in by_algorithm(runs).items():
         scores = [run.score for run in own]
         lines.append((
             title_of(algorithm),
-            " ".join(f"{score:.0f}" for score in scores),
-            " ".join(f"{run.score_by_chance:.0f}" for run in own),
+            _means(run.scores for run in own),
+            _means(run.scores_by_chance for run in own),
             f"{statistics.median(scores):.1f}",
             f"{min(scores):.1f}",
             f"{sum(score > bar for score in scores)} of {len(own)}",
             f"{statistics.median(map(_after_half, own)):.0f}",
-            _millions(own[0].robot_steps),
             format_duration(statistics.median(run.train_s for run in own)),
+            _means(run.scores_kinematic for run in own),
+            _means(run.scores_kinematic_by_chance for run in own),
         ))  # fmt: skip
     heads = (
         "algorithm", "score of each seed", "stochastic", "median", "least",
-        f"above {BAR}", "median after half", "robot-steps", "time",
+        f"above {BAR}", "median after half", "time", "under kinematic", "the same, stochastic",
     )  # fmt: skip
     return [heads, *sorted(lines, key=lambda line: -float(line[3]))]
+
+
+def _means(scores: Iterable[Sequence[float]]) -> str:
+    """Return the mean score of each run that has one."""
+    return " ".join(f"{statistics.fmean(each):.0f}" for each in scores if each) or MISSING
 
 
 def _after_half(run: Run) -> float:

@@ -8,7 +8,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from itertools import product
@@ -41,6 +41,8 @@ COLUMNS = pa.schema(
         "scores": SCORES,
         "scores_by_chance": SCORES,
         "versions": pa.string(),
+        "scores_kinematic": SCORES,
+        "scores_kinematic_by_chance": SCORES,
     }
 )
 """Columns of the Parquet file: the fields of a run."""
@@ -101,6 +103,9 @@ class Run:
     scores: Sequence[float]  # test scores of the best of these policies, deterministic
     scores_by_chance: Sequence[float]  # test scores of this policy, stochastic as in training
     versions: Mapping[str, str]
+    scores_kinematic: Sequence[float] = field(default_factory=list)
+    """`scores` under the engine `kinematic`; none of runs made before these were taken."""
+    scores_kinematic_by_chance: Sequence[float] = field(default_factory=list)
 
     @property
     def identity(self) -> tuple[str, str, int]:
