@@ -113,12 +113,13 @@ class ArrayEnv:
             **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
         self.device = checked_device(device)
-        self._arguments = scenario, n_worlds, controller, stagger, device, options
         self.base_controller = controller
         """Controller of the layers that are not learned, as given to the constructor."""
         self.n_worlds = checked_count("n_worlds", n_worlds)
         parts = checked_parts(scenario, controller, options)
         form, config = parts.form, parts.form.config
+        # the scenario itself: a copy reads no file again, which may have changed since
+        self._arguments = form.scenario, n_worlds, controller, stagger, device, options
         self.config, self.task, self._is_staggered = config, form.task, stagger
         if device == "cuda":
             _check_on_gpu(config, form)

@@ -86,6 +86,16 @@ def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
         assert info.keys() == by_robot[0].keys()
 
 
+def test_as_many_learners_act_under_any_reward(busy):
+    acts = []
+    for reward in ("own", "team"):
+        options = {"learn": "weighting", "step_on": "exchange", "reward": reward}
+        env = gym.make("SwarmForage/ES1-Joint-v2", scenario=busy, **options)
+        env.reset(seed=0)
+        acts.append([env.step(np.zeros(20, np.float32))[4]["acts"] for _ in range(5)])
+    assert acts[0] == acts[1] != [0.0] * 5
+
+
 def test_the_tuple_env_has_the_form_of_level_based_foraging():
     env = gym.make(TUPLE, **FEW)
     assert env.unwrapped.n_agents == 3
