@@ -44,7 +44,7 @@ class Episodes:
         randomisation: Randomisation,
         check_bounds: Callable[[BaseScenario], None],
     ) -> None:
-        """`check_bounds` refuses options with which observations would leave their space."""
+        """`check_bounds` refuses options with which observations or states leave their space."""
         self._loop, self._scenario = loop, randomisation.scenario
         self._randomisation, self._check_bounds = randomisation, check_bounds
         for name in FIXED_PARAMETERS.intersection(randomisation.ranges):
