@@ -140,7 +140,7 @@ class ArrayEnv:
         copied = slice(None if device == "cpu" else 1)  # on a GPU, all worlds copy the first
         form.mark_replaced_layers(self.world.robots["action"][copied], masks)
         self._worlds: Worlds = placed(self.loop, device)
-        self.episodes = Episodes(self._worlds, randomisation, self._check_bounds)
+        self.episodes = Episodes(self._worlds, randomisation, self._check_scenario)
         self._prepare(form)
         self._describe_state(randomisation.extremes)
         self.card = made_with(form, parts.controller)
@@ -448,8 +448,9 @@ class ArrayEnv:
         log = self.truth.logs[self._worlds.estimators is not None]
         self._write_log = self._worlds.kernel(write_log, {"log": log})
 
-    def _check_bounds(self, scenario: BaseScenario) -> None:
-        """Raise ConfigError if observations or the state leave their spaces in this scenario."""
+    def _check_scenario(self, scenario: BaseScenario) -> None:
+        """Raise ConfigError if the controller or the spaces do not fit this scenario."""
+        self.loop.controller.parameters_in(0, scenario)
         self._form.check_bounds(scenario)
         truth = self.task.global_state(self.world, self.loop.controller, self.agents, scenario)
         check_within(self._state_bounds, truth.layout, "state")

@@ -174,9 +174,11 @@ def test_nothing_is_drawn_without_a_mode():
 
 
 def test_a_refused_reset_draws_no_seed():
-    one, other = (gym.make(JOINT, **FEW).unwrapped for _ in range(2))
+    one, other = (gym.make(JOINT, learn="everything", **FEW).unwrapped for _ in range(2))
     one.reset(seed=1)
     other.reset(seed=1)
     with pytest.raises(UnknownNameError, match="named 'colour'"):
         one.reset(options={"colour": "red"})
+    with pytest.raises(ConfigError, match="those of controller 'policy' cannot be falsified"):
+        one.reset(options={"faults.liar.share": 0.4})
     assert_array_equal(one.reset()[0], other.reset()[0])
