@@ -90,8 +90,8 @@ def first_observations(env):
 def test_copies_of_one_without_a_seed_play_other_episodes(api, kind):
     env = MADE[api][0](**SHORT)
     copies = [COPIES[kind](env), COPIES[kind](env)]
-    copies.append(COPIES[kind](copies[0]))  # a copy of a copy
-    assert len({first_observations(each) for each in (env, *copies)}) == 4
+    copies += [COPIES[kind](copies[0]), MADE[api][0](**SHORT)]  # a copy of a copy; another one
+    assert len({first_observations(each) for each in (env, *copies)}) == 5
 
 
 @pytest.mark.parametrize("kind", COPIES)

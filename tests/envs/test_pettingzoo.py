@@ -77,10 +77,3 @@ def test_a_pettingzoo_without_registry_is_let_be(monkeypatch):
     before = dict(pettingzoo.parallel_registry)
     register_with_pettingzoo()
     assert pettingzoo.parallel_registry == before
-
-
-def test_without_any_seed_every_environment_is_another():
-    one, other = parallel_env(), parallel_env()
-    one.reset()
-    other.reset()
-    assert (one.state() != other.state()).any()
