@@ -9,7 +9,7 @@ from gymnasium.error import ResetNeeded
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64, UInt64
 from swarm_forage_env.device_loop import DeviceLoop
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import MAX_TICKS, BaseScenario, leaves, override, resolve
 from swarm_forage_env.random_streams import (
@@ -239,7 +239,7 @@ def checked_options(options: object) -> Mapping[str, object]:
     if isinstance(options, Mapping) and all(isinstance(name, str) for name in options):
         return options
     raise ConfigError(
-        f"options={options!r}: must be a dictionary of scenario parameters, such as"
+        f"options={shown(options)}: must be a dictionary of scenario parameters, such as"
         " {'radio.max_range': 0.2}"
     )
 
@@ -262,5 +262,5 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
             raise ConfigError(f"seed={first}: {n} worlds count up from it, past 2^64 - 1")
         return range(first, first + n)
     if len(seed) != n:
-        raise ConfigError(f"seed={seed!r}: must be {n} seeds, one for each world")
+        raise ConfigError(f"seed={shown(seed)}: must be {n} seeds, one for each world")
     return [None if own is None else checked_seed(own) for own in seed]
