@@ -162,11 +162,18 @@ def parse_controller(
 
 
 def _items(rest: str, first: str | None) -> list[str]:
-    """Split at commas, except for those in the path of the parameter `first`, or of its file."""
-    items = rest.split(",")
-    for n in range(len(items), 0, -1) if first else ():
-        if isfile(path := ",".join(items[:n]).strip()):
-            return [f"{first}={path}", *items[n:]]
+    """Split at commas, except for those in the path of a file, and in that of `first`."""
+    items: list[str] = []
+    parts = rest.split(",")
+    while parts:
+        for n in range(len(parts), 0, -1):
+            text = ",".join(parts[:n]).strip()
+            is_first = bool(first and not items and isfile(text))
+            is_named = PARAMETER.match(text) and isfile(text.partition("=")[2].strip())
+            if n == 1 or is_first or is_named:
+                break
+        items.append(f"{first}={text}" if is_first else text)
+        del parts[:n]
     while first and len(items) > 1 and not PARAMETER.match(items[1]):
         items[:2] = [",".join(items[:2])]
     return items

@@ -43,7 +43,7 @@ class GlobalState(ABC):
         shape = self._world.robots.shape
         robots = np.concatenate([each.reshape(*shape, -1) for each in self.of_robots()], axis=2)
         rows = [each.reshape(len(robots), -1) for each in (robots, *self.of_world())]
-        return np.concatenate([*rows, np.minimum(share_gone, 1.0)[:, None]], 1, dtype=np.float32)
+        return np.concatenate([*rows, share_gone[:, None]], 1, dtype=np.float32)
 
     @abstractmethod
     def robot_features(self) -> Sequence[Feature]:

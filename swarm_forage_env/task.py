@@ -19,7 +19,7 @@ from swarm_forage_env import ticks
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.global_state import GlobalState, TrajectoryKind
 from swarm_forage_env.interface import Controller, Kernel, RunningController
 from swarm_forage_env.parameters import BaseScenario
@@ -215,8 +215,8 @@ def chosen_worlds(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
     if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
         return chosen.astype(np.int64)
     raise ConfigError(
-        f"worlds={worlds!r}: must be a mask of {n_worlds} worlds, or different indices from 0 to"
-        f" {n_worlds - 1}"
+        f"worlds={shown(worlds)}: must be a mask of {n_worlds} worlds, or different indices from 0"
+        f" to {n_worlds - 1}"
     )
 
 
@@ -370,7 +370,7 @@ def task_of(scenario: object) -> Task:
     for task in _tasks():
         if isinstance(scenario, task.scenario):
             return task
-    raise ConfigError(f"scenario={scenario!r}: must be a name, a TOML file or a Scenario")
+    raise ConfigError(f"scenario={shown(scenario)}: must be a name, a TOML file or a Scenario")
 
 
 def task_of_episode(episode: object) -> Task:

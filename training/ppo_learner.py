@@ -414,7 +414,7 @@ class PPOLearner:
     def _epoch(self, acting: Tensor, others: Tensor) -> Losses:
         """Take a step for each minibatch of groups whose actions count (`acting`) and others."""
         n = (acting[0].numel() + others[0].numel()) // MIN_MINIBATCH
-        n = min(max(self._hyperparameters.n_minibatches, n), acting.shape[1] // 2)
+        n = min(max(self._hyperparameters.n_minibatches, n), max(acting.shape[1] // 2, 1))
         parts = ([x.flatten(1) for x in some.tensor_split(n, 1)] for some in (acting, others))
         for minibatch in zip(*parts, strict=True):
             losses = self._descend(*minibatch)

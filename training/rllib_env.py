@@ -37,7 +37,7 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import Seeds
 from swarm_forage_env.envs.keywords import SingleEnvOptions
-from swarm_forage_env.envs.make import ON_SPACE
+from swarm_forage_env.envs.make import ON_SPACE, refuse_keywords_of_blocks
 from swarm_forage_env.errors import ConfigError
 from training.policy_card import PolicyCard, card_from
 from training.torchscript import save_torchscript
@@ -96,6 +96,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
     def __init__(self, options: Mapping[str, Any], num_envs: int, envs: Sequence[Any] = ()) -> None:
         """Make `num_envs` worlds; `envs` give RLlib the spaces of each."""
         super().__init__()
+        refuse_keywords_of_blocks(options)
         self.env = env = ArrayEnv(**options, n_worlds=num_envs)
         env.check_keeps_step("leave SwarmEnvRunner out, or use num_envs_per_env_runner=1")
         self.num_envs, self.envs = num_envs, list(envs)

@@ -210,7 +210,7 @@ class Actions:
 
     def _complaint(self, actions: object) -> Exception:
         if not isinstance(actions, Mapping):
-            return ConfigError(f"actions={actions!r}: must be a dictionary from agent to action")
+            return ConfigError(f"actions={shown(actions)}: must be a dictionary by agent")
         for agent in actions:
             if agent not in self._agents:
                 return UnknownNameError("agent", str(agent), self._agents)

@@ -20,7 +20,7 @@ from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.make import ON_SPACE, checked_parts, made_with, name_and_changes
 from swarm_forage_env.envs.notebook import html_of
 from swarm_forage_env.envs.observations import normalise_rows, normalised, typical_sizes
-from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.envs.policy_form import PolicyForm, check_within
 from swarm_forage_env.envs.rewards import OwnReward
 from swarm_forage_env.envs.whole_decision import WholeDecision
 from swarm_forage_env.errors import ConfigError, checked_count
@@ -113,12 +113,13 @@ class ArrayEnv:
             **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
         self.device = checked_device(device)
-        self._arguments = scenario, n_worlds, controller, stagger, device, options
         self.base_controller = controller
         """Controller of the layers that are not learned, as given to the constructor."""
         self.n_worlds = checked_count("n_worlds", n_worlds)
         parts = checked_parts(scenario, controller, options)
         form, config = parts.form, parts.form.config
+        # the scenario itself: a copy reads no file again, which may have changed since
+        self._arguments = form.scenario, n_worlds, controller, stagger, device, options
         self.config, self.task, self._is_staggered = config, form.task, stagger
         if device == "cuda":
             _check_on_gpu(config, form)
@@ -139,7 +140,7 @@ class ArrayEnv:
         copied = slice(None if device == "cpu" else 1)  # on a GPU, all worlds copy the first
         form.mark_replaced_layers(self.world.robots["action"][copied], masks)
         self._worlds: Worlds = placed(self.loop, device)
-        self.episodes = Episodes(self._worlds, randomisation, form.check_bounds)
+        self.episodes = Episodes(self._worlds, randomisation, self._check_scenario)
         self._prepare(form)
         self._describe_state(randomisation.extremes)
         self.card = made_with(form, parts.controller)
@@ -439,13 +440,20 @@ class ArrayEnv:
             for each in scenarios
         ]
         self.truth = max(truths, key=lambda each: len(each.layout))
-        self.state_layout = Layout(widest([each.layout for each in truths]))
+        self.state_layout = self._state_bounds = Layout(widest([each.layout for each in truths]))
         if self.config.normalise:
             self._state_sizes = typical_sizes(self.state_layout)
             self.state_layout = normalised(self.state_layout)
         self.state_space: Box = self.state_layout.box()
         log = self.truth.logs[self._worlds.estimators is not None]
         self._write_log = self._worlds.kernel(write_log, {"log": log})
+
+    def _check_scenario(self, scenario: BaseScenario) -> None:
+        """Raise ConfigError if the controller or the spaces do not fit this scenario."""
+        self.loop.controller.parameters_in(0, scenario)
+        self._form.check_bounds(scenario)
+        truth = self.task.global_state(self.world, self.loop.controller, self.agents, scenario)
+        check_within(self._state_bounds, truth.layout, "state")
 
     def _infos(self, unshaped: PlacedArray) -> Infos:
         """Return unshaped rewards, `acts` if steps end at exchanges, and drawn parameters."""

@@ -177,7 +177,7 @@ def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
     named = [learners] if isinstance(learners, str) else learners
     if not isinstance(named, Sequence) or not named:
         raise ConfigError(
-            f"learners={learners!r}: must be the number of robots, or a list of their names or"
+            f"learners={shown(learners)}: must be the number of robots, or a list of their names or"
             " indices"
         )
     return sorted({robot_number(robot, agents) for robot in named})

@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Float32, Float64, Int64, read_only
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64, read_only
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.decision_kernels import Terms
@@ -38,8 +38,6 @@ class Observing:
         rows, n, stack = (self._shape[0], len(robots)), len(form.observed), form.config.stack
         self._robots, self._learners = robots, memory.to_device(robots)
         self._single_shape, self._stacked_shape = (*rows, n), (*rows, stack * n)
-        frames = np.zeros((*rows, stack if stack > 1 else 0, n), np.float32)
-        self._stacks = memory.to_device(frames)
         *where, bound, squashes = form.scaling
         self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
         self._fields = place.fields(form.shown)
@@ -54,6 +52,9 @@ class Observing:
             for part, first, features in form.additions
             if not isinstance(part, RowObservation)
         ]
+        # a user-defined observation is not repeated in a world that is not observed: it is kept
+        n_frames = stack if stack > 1 or self._numpy else 0
+        self._stacks = memory.to_device(np.zeros((*rows, n_frames, n), np.float32))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
         self._observe = place.kernel(kernels.observe, {})
 
@@ -127,13 +128,18 @@ class Observing:
                     " write is zero"
                 )
             observed[:, :, first : first + len(features)] = values = out[:, self._robots]
-            _check_numbers(values, features)
+            _check_numbers(values, features, context.is_observed)
 
 
-def _check_numbers(numbers: Float32[Array, "worlds learners numbers"], features: Layout) -> None:
+def _check_numbers(
+    numbers: Float32[Array, "worlds learners numbers"],
+    features: Layout,
+    is_observed: Bool[Array, " worlds"],
+) -> None:
     """Raise ConfigError if a value of a user-defined observation is NaN or out of bounds."""
     box = features.box()
     is_right = (box.low <= numbers) & (numbers <= box.high) & np.isfinite(numbers)
+    is_right |= ~is_observed[:, None, None]
     if not is_right.all():
         world, robot, k = map(int, np.argwhere(~is_right)[0])
         low, high = features[k].low, features[k].high

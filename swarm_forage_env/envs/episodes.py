@@ -9,7 +9,7 @@ from gymnasium.error import ResetNeeded
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64, UInt64
 from swarm_forage_env.device_loop import DeviceLoop
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import MAX_TICKS, BaseScenario, leaves, override, resolve
 from swarm_forage_env.random_streams import (
@@ -24,8 +24,8 @@ from swarm_forage_env.task import chosen_worlds
 Seeds = int | Sequence[int | None] | None
 """One seed, so that the worlds take seed, seed + 1 and so on; or one seed for each world."""
 
-FIXED_PARAMETERS = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.slots"})
-"""Scenario parameters that are fixed for an environment and cannot differ between episodes."""
+FIXED_PARAMETERS = frozenset({"name", "tick", "task.duration"})
+"""Parameters that cannot differ between episodes, in addition to those of `BaseScenario.fixed`."""
 
 TESTED_OPTION = "options"
 """Option that PettingZoo's tests pass to every environment; it is ignored."""
@@ -42,11 +42,11 @@ class Episodes:
         self,
         loop: Loop | DeviceLoop,
         randomisation: Randomisation,
-        check_bounds: Callable[[BaseScenario], None],
+        check_scenario: Callable[[BaseScenario], None],
     ) -> None:
-        """`check_bounds` refuses options with which observations would leave their space."""
+        """`check_scenario` refuses options with which an environment cannot run an episode."""
         self._loop, self._scenario = loop, randomisation.scenario
-        self._randomisation, self._check_bounds = randomisation, check_bounds
+        self._randomisation, self._check_scenario = randomisation, check_scenario
         for name in FIXED_PARAMETERS.intersection(randomisation.ranges):
             raise ConfigError(f"randomise: {name} is the same in all episodes; leave it out")
         n_worlds = loop.world.n_worlds
@@ -129,9 +129,9 @@ class Episodes:
         """Reset worlds for `n_steps` decisions; return their indices. ConfigError changes none."""
         chosen = chosen_worlds(worlds, len(self.ends))
         seeds = checked_seeds(seed, len(chosen))
-        base = self.scenario_under(options)
-        own, usual = self._drawn_where_none(seeds, chosen).tolist(), self._randomisation
+        base, usual = self.scenario_under(options), self._randomisation
         drawn = usual if base is self._scenario else Randomisation(base, usual.ranges)
+        own = self._drawn_where_none(seeds, chosen).tolist()
         scenarios, numbers = zip(*map(drawn.draw, own), strict=True) if own else ((), ())
         before = tuple(self._loop.world.scenarios[world] for world in chosen)
         self._loop.reset(own, chosen.tolist(), None if scenarios == before else scenarios)
@@ -202,12 +202,13 @@ class Episodes:
         known = leaves(self._scenario.model_dump()) if numbers else {}
         for name in numbers:
             path = resolve(name, known, OPTION)
-            if (is_fixed := path in FIXED_PARAMETERS) or path in self.drawn:
+            is_fixed = path in FIXED_PARAMETERS.union(self._scenario.fixed)
+            if is_fixed or path in self.drawn:
                 why = "is the same in all episodes" if is_fixed else "is randomised"
                 raise ConfigError(f"options['{name}']: {why}; set it when the environment is made")
         scenario = override(self._scenario, numbers, OPTION)
         if numbers:
-            self._check_bounds(scenario)
+            self._check_scenario(scenario)
         return scenario
 
     def _start(self, seeds: UInt64[Array, " chosen"], chosen: Int64[Array, " chosen"]) -> None:
@@ -238,7 +239,7 @@ def checked_options(options: object) -> Mapping[str, object]:
     if isinstance(options, Mapping) and all(isinstance(name, str) for name in options):
         return options
     raise ConfigError(
-        f"options={options!r}: must be a dictionary of scenario parameters, such as"
+        f"options={shown(options)}: must be a dictionary of scenario parameters, such as"
         " {'radio.max_range': 0.2}"
     )
 
@@ -261,5 +262,5 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
             raise ConfigError(f"seed={first}: {n} worlds count up from it, past 2^64 - 1")
         return range(first, first + n)
     if len(seed) != n:
-        raise ConfigError(f"seed={seed!r}: must be {n} seeds, one for each world")
+        raise ConfigError(f"seed={shown(seed)}: must be {n} seeds, one for each world")
     return [None if own is None else checked_seed(own) for own in seed]

@@ -31,7 +31,8 @@ class ObservationContext:
     streams: UInt64[Array, "worlds robots"]
     """Random stream of each robot for observations only; it restarts with each episode."""
     is_observed: Bool[Array, " worlds"]
-    """Whether each world is observed now; the streams of the other worlds do not advance."""
+    """Whether each world is observed now. The streams of the other worlds do not advance, and what
+    is written of them is ignored."""
 
     def normal(self, n: int) -> Float64[Array, "worlds robots n"]:
         """Draw standard normal values, fixed by the seed; zeros in worlds not observed."""

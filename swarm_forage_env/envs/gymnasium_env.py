@@ -105,7 +105,9 @@ class JointWorlds(ShownEnv):
             rows = self._rows(log[:, :, k])
             infos[name] = rows.sum(axis=1) if name in counts else rows.mean(axis=1)
         for name, value in self._unshaped.items():
-            infos[name] = self._joint(value) if value.ndim == 2 else self._of_rows(value)
+            is_world = value.ndim == 1
+            infos[name] = self._of_rows(value) if is_world else self._rows(value).sum(axis=1)
+        infos["unshaped_reward"] = self._joint(self._unshaped["unshaped_reward"])
         return infos
 
     def _frames(self) -> list[Frame | str | None]:

@@ -11,7 +11,7 @@ from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.episodes import Seeds, checked_options, checked_seeds
 from swarm_forage_env.envs.gymnasium_env import METADATA, JointWorlds
 from swarm_forage_env.envs.keywords import SingleEnvOptions
-from swarm_forage_env.errors import ConfigError, checked_count
+from swarm_forage_env.errors import ConfigError, checked_count, shown
 
 
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
@@ -133,7 +133,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         if chosen.dtype != np.bool_ or chosen.shape != (self.num_envs,):
             rows = "robots" if self.is_shared else "worlds"
             raise ConfigError(
-                f"options['reset_mask']={mask!r}: must be a mask of {self.num_envs} {rows}"
+                f"options['reset_mask']={shown(mask)}: must be a mask of {self.num_envs} {rows}"
             )
         if self._mode is not AutoresetMode.DISABLED and not chosen.all():
             raise ConfigError(

@@ -91,15 +91,7 @@ class PolicyForm:
 
     def check_bounds(self, scenario: BaseScenario) -> None:
         """Raise ConfigError if the layer's inputs exceed these bounds in another scenario."""
-        layout = self.policy.layout(scenario, self.has_walk)
-        for here, there in zip(self.shown, widest([self.shown, layout]), strict=False):
-            if (here.low, here.high) != (there.low, there.high):
-                raise ConfigError(
-                    f"options: {here.name} would go from {there.low:.3g} to {there.high:.3g}"
-                    f" {here.unit}, but in the observation space of this environment it goes"
-                    f" from {here.low:.3g} to {here.high:.3g}; set the parameter when the"
-                    " environment is made, or randomise it"
-                )
+        check_within(self.shown, self.policy.layout(scenario, self.has_walk), "observation")
 
     def mark_replaced_layers(self, action: Array, masks: Mapping[str, Any]) -> None:
         """Mark the layers that the policy replaces, for the robots given for each layer."""
@@ -113,3 +105,17 @@ class PolicyForm:
     def observes(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of each feature of an observation, independent of bounds."""
         return tuple((each.name, BOUND.sub(OF_BOUND, each.unit)) for each in self.layout)
+
+
+def check_within(layout: Layout, other: Layout, kind: str) -> None:
+    """Raise ConfigError if features of another scenario exceed their bounds in this layout."""
+    bounds = {each.name: each for each in other}
+    for here in layout:
+        there = bounds.get(here.name, here)
+        if not here.low <= there.low <= there.high <= here.high:
+            raise ConfigError(
+                f"options: {here.name} would go from {there.low:.3g} to {there.high:.3g}"
+                f" {here.unit}, but in the {kind} space of this environment it goes from"
+                f" {here.low:.3g} to {here.high:.3g}; set the parameter when the environment is"
+                " made, or randomise it"
+            )

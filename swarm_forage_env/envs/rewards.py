@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from swarm_forage_env.arrays import Array, Float64, read_only
 from swarm_forage_env.compiler import inlined
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task
 
@@ -87,7 +87,8 @@ def _checked(rewards: object, shape: tuple[int, ...]) -> Float64[Array, "worlds 
     try:
         array = np.asarray(cast(ArrayLike, rewards), np.float64)
     except (TypeError, ValueError):
-        raise ConfigError(f"reward: gave {rewards!r}, must be numbers of shape {shape}") from None
+        given = shown(rewards)
+        raise ConfigError(f"reward: gave {given}, must be numbers of shape {shape}") from None
     if array.shape != shape:
         raise ConfigError(f"reward: gave shape {array.shape}, must be {shape}, worlds by robots")
     if not np.isfinite(array).all():

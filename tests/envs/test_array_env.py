@@ -111,6 +111,8 @@ def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
         env.reset(options={"area_distanc": 1.0})
     with pytest.raises(ConfigError, match=r"ground.left would go from 0 to 1.92 brightness, but"):
         env.reset(options={"sensors.ground_noise": 0.9})
+    with pytest.raises(ConfigError, match=r"_0.pose.x would go from -2 to 2 m, but in the state"):
+        env.reset(options={"arena.length": 4.0})
 
 
 def test_numbers_are_drawn_anew_for_each_world_and_episode():

@@ -90,11 +90,19 @@ def first_observations(env):
 def test_copies_of_one_without_a_seed_play_other_episodes(api, kind):
     env = MADE[api][0](**SHORT)
     copies = [COPIES[kind](env), COPIES[kind](env)]
-    copies.append(COPIES[kind](copies[0]))  # a copy of a copy
-    assert len({first_observations(each) for each in (env, *copies)}) == 4
+    copies += [COPIES[kind](copies[0]), MADE[api][0](**SHORT)]  # a copy of a copy; another one
+    assert len({first_observations(each) for each in (env, *copies)}) == 5
 
 
 @pytest.mark.parametrize("kind", COPIES)
 def test_copies_of_one_that_was_seeded_and_not_reset_play_its_episodes(kind):
     env = SwarmVecEnv("es1", n_worlds=2, seed=3)
     assert first_observations(COPIES[kind](env)) == first_observations(env)
+
+
+def test_a_copy_reads_no_scenario_file_again(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "near"', encoding="utf-8")
+    env = swarm_forage_v2.parallel_env(file)
+    file.unlink()
+    assert copy.deepcopy(env).scenario == env.scenario

@@ -110,7 +110,7 @@ def test_a_bad_action_is_refused_and_changes_nothing(running, change, error, mes
 
 @pytest.mark.parametrize("actions", [None, [GOOD] * 3, np.zeros((3, 2)), {}])
 def test_actions_that_are_no_dictionary_or_empty_are_refused(running, actions):
-    with pytest.raises(ConfigError, match="actions"):
+    with pytest.raises(ConfigError, match=r"^actions[^\n]*$"):
         running.step(actions)
 
 
@@ -163,8 +163,8 @@ MISUSED = {
 @pytest.mark.parametrize("made", MISUSED.values(), ids=MISUSED)
 def test_options_and_snapshots_that_are_none_are_refused(made):
     misused = made()
-    for options in (5, "x", [1], {5: 1}, {None: 1}, [("a", 1)], np.ones(3), True):
-        with pytest.raises(ConfigError, match=r"options=.*must be a dictionary of scenario param"):
+    for options in (5, "x", [1], {5: 1}, {None: 1}, [("a", 1)], np.ones((3, 2)), True):
+        with pytest.raises(ConfigError, match=r"^options=.*must be a dictionary of scenario param"):
             misused.reset(options=options)
     misused.reset(seed=1)
     for snapshot in (5, None, (), (1, 2)):

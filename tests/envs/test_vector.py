@@ -214,12 +214,3 @@ def test_what_was_returned_is_not_written_to_again():
     seen, *_ = block.step(action)
     assert_array_equal(first, kept)
     assert not np.shares_memory(seen, block.step(action)[0])
-
-
-def test_each_world_has_a_frame():
-    worlds = gym.make_vec(SINGLE, num_envs=2, render_mode="rgb_array")
-    worlds.reset(seed=0)
-    one, other = worlds.render()
-    assert one.shape == other.shape
-    assert (one != other).any()
-    worlds.close()

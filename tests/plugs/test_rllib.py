@@ -73,6 +73,8 @@ def test_what_a_block_cannot_do_is_refused_in_a_line(small):
 
     with pytest.raises(ConfigError, match=r"step_on=.exchange.: .*; leave SwarmEnvRunner"):
         SwarmVectorEnv({"learn": "weighting", "step_on": "exchange", **small}, 2)
+    with pytest.raises(ConfigError, match="n_worlds=4: is for ArrayEnv, SwarmVecEnv and"):
+        SwarmVectorEnv({"n_worlds": 4, **small}, 2)
     with pytest.raises(ConfigError, match="epuck_0 of world 0 has none; every agent needs one"):
         SwarmVectorEnv(small, 2).step([{}, {}])
 

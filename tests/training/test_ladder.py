@@ -437,6 +437,8 @@ def test_random_actions_are_those_of_a_seed(rung):
             seen, np.ones(len(seen), np.bool_), True
         )
         np.testing.assert_array_equal(found, expected.astype(np.float32))
+    chosen = random_actions({**rung.test_keywords, "discrete": (2, 2)})(seen, None, True)
+    assert set(chosen.ravel()) <= set(range(4))
 
 
 def test_algorithms_are_files_of_a_folder_by_name(tmp_path):

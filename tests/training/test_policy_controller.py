@@ -14,7 +14,7 @@ import training.controllers  # noqa: F401 the kinds of policies, also where no p
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import changed_parameters
 from swarm_forage_env import parallel_env
-from swarm_forage_env.controllers import find_controller, find_controllers
+from swarm_forage_env.controllers import find_controller, find_controllers, parse_controller
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
@@ -173,6 +173,8 @@ def test_folders_of_sweeps_can_be_named(model, tmp_path, monkeypatch):
     for file in ("lr=0.1,seed=3/model.zip", f"{tmp_path}/lr=0.1,seed=3/model.zip"):
         found = find_controller(f"sb3:{file},chance=true")
         assert (found.policy.file, found.policy.chance) == (file, True)
+        beside = parse_controller(f"learned-weighting:refractory=9,policy={file},pause=4")[1]
+        assert beside == {"refractory": "9", "policy": file, "pause": "4"}
 
 
 def test_nothing_is_unpickled_unless_asked_for(model, scenario, tmp_path, monkeypatch):

@@ -214,6 +214,7 @@ def test_a_memory_is_of_one_episode_and_is_run_again_from_where_a_rollout_began(
         assert_allclose(
             rollout.values[time + 1, row], policy.critic(fresh)[:, 0].detach(), atol=1e-5
         )
+    remembering(n_worlds=1, learners=1).learn(1, seed=0)  # a single row is a single minibatch
 
 
 def group(terms=TERMS, hidden=(64, 64), **changes):

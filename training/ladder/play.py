@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TypedDict
 
 import numpy as np
+from gymnasium.spaces import Discrete
 
 import baselines.controllers  # noqa: F401 runs the layers that are not learned
 from swarm_forage_env.arrays import Array, Bool, Float64
@@ -78,8 +79,11 @@ def random_actions(keywords: Keywords, seed: int = 0) -> Act:
     space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
 
     def act(observations: Array, begins: Bool[Array, " worlds"], stochastic: bool) -> Array:
-        shape = (*observations.shape[:2], *space.shape)  # type: ignore[misc] # never None
-        return generator.uniform(space.low, space.high, shape).astype(np.float32)  # type: ignore[union-attr]
+        rows = observations.shape[:2]
+        if isinstance(space, Discrete):
+            return generator.integers(space.n, size=rows)
+        shape = (*rows, len(space.low))
+        return generator.uniform(space.low, space.high, shape).astype(np.float32)
 
     return act
 

@@ -52,7 +52,8 @@ def by_sb3(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     )
     stride = STRIDE if algorithm.algorithm else 1
     while env.env.robot_steps < watch.robot_steps:
-        model.learn(stride, reset_num_timesteps=False)  # for PPO one rollout and its updates
+        # for PPO one rollout and its updates; the exploration of DQN has its last value at once
+        model.learn(stride, reset_num_timesteps=False)
         if watch.due(env.env.robot_steps):
             acting = _acting(model.policy)
             watch.evaluate(env.env.robot_steps, acting, lambda: _acting(_copied(model)))
