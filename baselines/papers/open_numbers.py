@@ -2,7 +2,7 @@
 
 python -m baselines.papers.open_numbers --sets 10000    # search, then write the page
 python -m baselines.papers.open_numbers --arenas 300    # measure the best ones in all arenas
-python -m baselines.papers.open_numbers --best 8        # check the best of these
+python -m baselines.papers.open_numbers --best 3        # check the best of these
 """
 
 import json
@@ -184,6 +184,7 @@ def facts(sets: Sets, checked: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         "today": scores_of(0),
         "n_checked": str(len(checked) - 1), "n_claims": str(len(claims_of(*CHECKED))),
         "checked": ", ".join(f"{each['name']} {n_held(each)}" for each in checked),
+        "worlds": ", ".join(f"{n} of {arena}" for arena, n in CHECKED.items()),
     }  # fmt: skip
 
 
