@@ -70,7 +70,7 @@ PRESETS: Mapping[str, Preset] = {
     ),
 }
 """Preset for each choice of the trained layer, chosen on es1: for the motion after 6 million
-robot-steps (decision 0033), for the weighting by decisions 0034 and 0042."""
+robot-steps (decision 0033), for the weighting by decisions 0034 and 0043."""
 
 LATEST = "latest.safetensors"  # file of the policy of the last interval
 

@@ -125,7 +125,7 @@ class EnvConfig(PolicyKeywords):
     threads: Count = Field(
         1,
         description="Number of threads that run the worlds of a block; results do not depend on"
-        " it. Faster under `kinematic` with hundreds of worlds",
+        " it. Faster with hundreds of worlds",
     )
     max_cycles: Annotated[int, Field(ge=1, le=parameters.MAX_TICKS)] | None = Field(
         None,
