@@ -118,5 +118,5 @@ class Scenario(EpuckScenario):
 
     @property
     def false_place_distance(self) -> float:
-        """Half the distance between the areas [m]."""
-        return 0.5 * self.task.area_distance
+        """Half the distance between the first nest and the first prey area [m]."""
+        return 0.5 * math.dist(*self.areas)
