@@ -17,6 +17,7 @@ from baselines.evaluation.figure_page import (
     LABEL,
     LETTER,
     TICK,
+    TITLE,
     Caption,
     CaptionedFigure,
     finish_figure,
@@ -38,6 +39,8 @@ MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
 
 MAP, NARROW, BAR = 2.4, 1.6, 0.8
 """Minimum width of a map of the arena and of weights, and width of a colour bar [inch]."""
+
+BESIDE = 4  # letters of a line of a title for which the labels of the y axis leave no room
 
 Table = Mapping[str, Mapping[str, Estimate | None]]
 """Means by row and column; None, or no entry, if there is none."""
@@ -110,6 +113,7 @@ def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure
         )  # fmt: skip
         names += draw_arena(axes, stage)
         _finish_map(axes, title, stage.controller, ("x [m]", "y [m]"))
+    _make_room_for_titles(figure, all_axes, 1)
     _draw_bar(figure, image, all_axes, "robots per m$^2$ (square-root scale)")
     return finish_figure(figure, all_axes, caption, dict.fromkeys(names))
 
@@ -141,6 +145,7 @@ def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
         places = _label_places(lines.allsegs, longest)
         axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g", manual=places)
         _finish_map(axes, f"{name}\n{row}", name, ("own path [m]", "heard path [m]"))
+    _make_room_for_titles(figure, all_axes, 2)
     words = "g, weight of the heard estimate\n(0 keeps one's own, 1 takes the heard one)"
     _draw_bar(figure, image, all_axes, words)
     return finish_figure(figure, all_axes, caption)
@@ -175,9 +180,18 @@ def _label_places(
 
 def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str]) -> None:
     axes.spines[:].set(color=colour_of(controller), linewidth=style_in_use().points(2.5))
-    label_panel(axes, title, names)
+    label_panel(axes, title, names, BESIDE)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(nbins=4))
+
+
+def _make_room_for_titles(figure: Figure, panels: Sequence[Axes], usual: int) -> None:
+    """Make a figure higher by the lines of its titles beyond the usual number."""
+    lines = [len(axes.get_title("left").split("\n")) for axes in panels]
+    columns = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
+    rows = [max(lines[k : k + columns]) for k in range(0, len(lines), columns)]
+    more = sum(max(0, row - usual) for row in rows)
+    figure.set_figheight(figure.get_figheight() + 1.25 * style_in_use().points(TITLE) / 72 * more)
 
 
 def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: str) -> None:

@@ -274,7 +274,8 @@ def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, cards, style):
         table = draw("table", keep(trips), controllers=("subsumption", "boids-adaptive"))
         assert texts_at_fault(table) == []
         assert texts_at_fault(draw("learning", *cards)) == []
-        maps = draw("weights", "ssgikf", "ssgiff:beta=0.01", "dsgiff-penalised")
+        long = "ssgiff:beta=0.001,refractory=10,pause=4,lost_within=0.06"
+        maps = draw("weights", "ssgikf", long, "dsgiff-penalised", "learned-weighting")
         for axes in maps.axes:
             for label in axes.texts:  # on the contours, where they may touch
                 label.remove()
