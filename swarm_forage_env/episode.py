@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, Protocol
 
+import numpy as np
+
 from swarm_forage_env.arrays import Array
 
 MeasuredLoop = Any
@@ -83,7 +85,8 @@ class Episode(EpisodeHeader):
 
 
 Judge = Callable[[Any], Mapping[str, Array]]
-"""Computes the metrics of finished worlds, with one value for each world."""
+"""Computes the metrics of finished worlds, with one value for each world. NaN: the world has none,
+and the field of the episode is then `float | None`."""
 
 
 class FinalMeter:
@@ -102,7 +105,7 @@ class FinalMeter:
     def results(self) -> list[dict[str, object]]:
         """Return the metrics of each world."""
         metrics = self._judge(self._loop.download().world)
-        columns = (each.tolist() for each in metrics.values())
+        columns = (np.where(np.isnan(v), None, v).tolist() for v in metrics.values())
         return [dict(zip(metrics, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
