@@ -71,6 +71,7 @@ REFUSED = [
     (("export", "nc", *ARGOS, "--set=faults.deaf.share=1"), "has faulty robots, which an ARGoS"),
     (("export", "nc", *ARGOS, "--scenario=moving-prey"), "has an area that moves, which an"),
     (("export", "nc", *ARGOS, "--set=tick=0.15"), "has a tick that no second is a multiple of"),
+    (("plot", "learning", ".", "--out=a.png"), "policy card .: Is a directory; name a .json"),
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),

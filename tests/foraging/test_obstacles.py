@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.epuck.obstacles import Obstacle
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.arenas import SHAPES, mg1
 from swarm_forage_env.loop import Loop
@@ -112,9 +111,6 @@ def test_what_stands_in_the_way_is_refused_in_one_line(overrides, parts):
     check_refused("es1", overrides, parts)
 
 
-def test_obstacles_are_read_from_a_command_line():
-    text = '[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]'
-    (found,) = find_scenario("es1", {"obstacles": text}).obstacles
-    assert found == Obstacle(points=((0.4, -0.1), (0.4, 0.1)), radius=0.01)
+def test_text_that_is_no_list_is_refused():
     with pytest.raises(ConfigError, match="obstacles=wall: must be a list in JSON, such as "):
         find_scenario("es1", {"obstacles": "wall"})
