@@ -145,10 +145,11 @@ const live = {
         .map((slider) => `${slider.name}=${slider.values[this.at(slider)]}`);
       return own.length ? `${controller}${controller.includes(":") ? "," : ":"}${own}` : controller;
     });
-    const settings = changed.flatMap((slider) => slider.settings[this.at(slider)])
-      .map((each) => `--set ${/["[]/.test(each) ? `'${each}'` : each}`);
-    return [start, ...names, sets, ...settings, "--physics kinematic --episodes 1",
-      `--seed ${element("seed").value}`].filter(Boolean).join(" ");
+    const settings = changed.flatMap((slider) => slider.settings[this.at(slider)]);
+    const isChanged = (set) => settings.some((each) => set.includes(`=${each.split("=")[0]}=`));
+    return [start, ...names, ...sets.filter((set) => !isChanged(set)),
+      ...settings.map((each) => `--set ${/["[]/.test(each) ? `'${each}'` : each}`),
+      "--physics kinematic --episodes 1", `--seed ${element("seed").value}`].join(" ");
   },
 
   /* What is chosen, as in the address of the page; usual numbers are left out. */
