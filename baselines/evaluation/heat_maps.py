@@ -40,6 +40,8 @@ MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
 MAP, NARROW, BAR = 2.4, 1.6, 0.8
 """Minimum width of a map of the arena and of weights, and width of a colour bar [inch]."""
 
+LOWEST = 1.9  # of all maps together: the height of the label of a colour bar [inch]
+
 BESIDE = 4  # letters of a line of a title for which the labels of the y axis leave no room
 
 Table = Mapping[str, Mapping[str, Estimate | None]]
@@ -155,10 +157,11 @@ def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigur
     """Return panels for maps of this ratio of height to width, with room for a colour bar."""
     style = style_in_use()
     fitting = max(1, int(style.width / (style.scale * least)))
-    columns = -(-n_panels // -(-n_panels // fitting))
+    rows = -(-n_panels // fitting)
+    columns = -(-n_panels // rows)
     bar = 0.0 if style.is_narrow else BAR
     broad = (style.width / style.scale - bar) / columns - 0.45
-    figure, panels = panel_grid(n_panels, least, broad * shape + 0.55)
+    figure, panels = panel_grid(n_panels, least, max(broad * shape + 0.55, LOWEST / rows))
     if style.is_narrow:
         figure.set_figheight(figure.get_figheight() + style.scale * BAR)
     return figure, panels
