@@ -24,6 +24,7 @@ from baselines.evaluation.figure_page import (
     label_panel,
     panel_grid,
     style_in_use,
+    wrapped_name,
 )
 from baselines.evaluation.plot_style import FAINT, INK, colour_of
 from baselines.evaluation.statistics import Estimate
@@ -32,6 +33,7 @@ from swarm_forage_env.scene import Outline, Stage
 
 SHADES = "Blues"  # from white to dark: higher values are darker, also in print
 DARK = 0.6  # share of the colour range above which the text of a cell is white
+LETTERS, LINE_HEIGHT = 20, 0.127  # letters in a line of a row's name; height of the line [inch]
 CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)  # weights that have a contour line
 
 MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
@@ -61,13 +63,15 @@ def table_panels(
     cells = chain(*(table.values() for table in tables.values()))
     columns = list(dict.fromkeys(chain(*cells)))
     letters = max(len(word) for name in columns for word in (*name.split(), "10.1 to 10.2"))
-    margin = max(map(len, rows))
+    names = [wrapped_name(row, LETTERS) for row in rows]
+    margin = max(len(line) for name in names for line in name.split("\n"))
     least = 0.5 + LETTER * TICK * margin + LETTER * TICK * (letters + 1) * len(columns)
-    figure, all_axes = panel_grid(len(tables), least, 0.9 + 0.38 * len(rows))
+    n_lines = max(3, *(name.count("\n") + 1 for name in names))
+    figure, all_axes = panel_grid(len(tables), least, 0.9 + LINE_HEIGHT * n_lines * len(rows))
     for axes, (title, table) in zip(all_axes, tables.items(), strict=True):
         _shade(axes, [[table.get(row, {}).get(name) for name in columns] for row in rows])
         axes.set_xticks(range(len(columns)), [name.replace(" ", "\n") for name in columns])
-        axes.set_yticks(range(len(rows)), rows)
+        axes.set_yticks(range(len(rows)), names)
         label_panel(axes, title, axes_names, margin)
         axes.tick_params(length=0.0)
         axes.spines[:].set_visible(False)

@@ -263,8 +263,8 @@ def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, cards, style):
     keep(TRIPS)
     folder = keep(TRIPS, task_n_robots=5)
     trips = {
-        f"{motion}:estimator={localisation}": 20
-        for motion in ("subsumption", "boids-adaptive")
+        f"{motion}estimator={localisation}": 20
+        for motion in ("subsumption:", "boids-adaptive:alignment=0.5,cohesion=0.5,trust=1.3,")
         for localisation in ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
     }
     with page_style(style):
