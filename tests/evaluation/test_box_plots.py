@@ -37,13 +37,13 @@ def test_boxes_are_quartiles_with_whiskers_the_first_on_top_and_start_at_zero():
     assert axes.get_ylim()[0] > axes.get_ylim()[1]
     assert axes.get_xlim()[0] == 0.0
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("round trips", "")
+
+
+def test_negative_values_are_seen():
     assert draw({"nc": {"": [-3.0, 1.0]}}).axes[0].get_xlim()[0] < -3.0
-
-
-@pytest.mark.parametrize("panels", [curve_panels, mean_panels])
-def test_negative_means_are_seen(panels):
-    figure = panels({"es1": {"nc": Means(np.arange(2.0), *-np.ones((3, 2)))}}, ("x", "y"), CAPTION)
-    assert figure.axes[0].get_ylim()[0] < -1.0
+    means = {"es1": {"nc": Means(np.arange(2.0), *-np.ones((3, 2)))}}
+    for panels in (curve_panels, mean_panels):
+        assert panels(means, ("x", "y"), CAPTION).axes[0].get_ylim()[0] < -1.0
 
 
 def test_boxes_of_numbers_stand_and_decades_are_powers_of_ten():
