@@ -1,11 +1,10 @@
 """Episodes: their results, and how a task measures them."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, Protocol
-
-import numpy as np
 
 from swarm_forage_env.arrays import Array
 
@@ -105,7 +104,10 @@ class FinalMeter:
     def results(self) -> list[dict[str, object]]:
         """Return the metrics of each world."""
         metrics = self._judge(self._loop.download().world)
-        columns = (np.where(np.isnan(v), None, v).tolist() for v in metrics.values())
+        columns = (
+            [None if math.isnan(value) else value for value in each.tolist()]
+            for each in metrics.values()
+        )
         return [dict(zip(metrics, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
