@@ -72,6 +72,7 @@ REFUSED = [
     (("export", "nc", *ARGOS, "--scenario=moving-prey"), "has an area that moves, which an"),
     (("export", "nc", *ARGOS, "--set=tick=0.15"), "has a tick that no second is a multiple of"),
     (("plot", "learning", ".", "--out=a.png"), "policy card .: Is a directory; name a .json"),
+    (("bench", "--threads=0"), "Invalid value for '--threads'"),
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),
