@@ -146,9 +146,10 @@ const live = {
       return own.length ? `${controller}${controller.includes(":") ? "," : ":"}${own}` : controller;
     });
     const settings = changed.flatMap((slider) => slider.settings[this.at(slider)]);
+    const quoted = (word) => /[^\w:=,.+/-]/.test(word) ? `'${word}'` : word;
     const isChanged = (set) => settings.some((each) => set.includes(`=${each.split("=")[0]}=`));
-    return [start, ...names, ...sets.filter((set) => !isChanged(set)),
-      ...settings.map((each) => `--set ${/["[]/.test(each) ? `'${each}'` : each}`),
+    return [start, ...names.map(quoted), ...sets.filter((set) => !isChanged(set)),
+      ...settings.map((each) => `--set ${quoted(each)}`),
       "--physics kinematic --episodes 1", `--seed ${element("seed").value}`].join(" ");
   },
 

@@ -207,10 +207,13 @@ def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_p
 @in_chromium
 def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, tmp_path):  # noqa: F811 the fixture
     pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
-    file, network = tmp_path / "play.html", any_network(tmp_path, 8)
+    file, folder = tmp_path / "play.html", tmp_path / "my networks"
+    folder.mkdir()
+    network = any_network(folder, 8)
     short = EvaluateOptions("es1", [network], 1, 0, ["task.duration=60"], "kinematic")
     write_playground(short, file)
     page = opened(path=file)
+    assert network in shlex.split(page.evaluate("element('command').textContent"))
     loop = Loop(find_scenario("es1"), find_controller(network), [0], "kinematic")
     loop.run(600)
     shown = page.evaluate("Array.from({ length: 10 }, (_, i) => view.episodes[0].x[i * 61 + 60])")
