@@ -142,7 +142,9 @@ app.command(
 @app.command()
 def bench(
     quick: Annotated[bool, Option("--quick", help="A shorter, less exact run.")] = False,
-    threads: Annotated[int, Option(help="Number of threads whose speed-up is measured.")] = 2,
+    threads: Annotated[
+        int, Option(min=1, help="Number of threads whose speed-up is measured.")
+    ] = 2,
     device: Annotated[
         Literal["cpu", "cuda"], Option(help="Device of the worlds: cpu, or cuda for a GPU.")
     ] = "cpu",

@@ -1,5 +1,6 @@
 """Episodes: their results, and how a task measures them."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
@@ -83,7 +84,8 @@ class Episode(EpisodeHeader):
 
 
 Judge = Callable[[Any], Mapping[str, Array]]
-"""Computes the metrics of finished worlds, with one value for each world."""
+"""Computes the metrics of finished worlds, with one value for each world. NaN: the world has none,
+and the field of the episode is then `float | None`."""
 
 
 class FinalMeter:
@@ -102,7 +104,10 @@ class FinalMeter:
     def results(self) -> list[dict[str, object]]:
         """Return the metrics of each world."""
         metrics = self._judge(self._loop.download().world)
-        columns = (each.tolist() for each in metrics.values())
+        columns = (
+            [None if math.isnan(value) else value for value in each.tolist()]
+            for each in metrics.values()
+        )
         return [dict(zip(metrics, row, strict=True)) for row in zip(*columns, strict=True)]
 
 

@@ -89,7 +89,8 @@ def box_panels(
     for axes, (title, groups) in zip(all_axes, panels.items(), strict=True):
         _draw_groups(axes, groups, layout)
         labels = axes_names[::-1] if layout.is_horizontal else axes_names
-        finish_panel(axes, title, labels, layout.is_horizontal, margin)
+        lowest = min(chain(*chain(*(each.values() for each in groups.values()))), default=0.0)
+        finish_panel(axes, title, labels, layout.is_horizontal, margin, lowest)
         axes.tick_params(axis="y" if layout.is_horizontal else "x", length=0.0)
     return finish_figure(figure, all_axes, caption, layout.series)
 

@@ -110,13 +110,20 @@ def panel_grid(
 
 
 def finish_panel(
-    axes: Axes, title: str, axes_names: tuple[str, str], is_across: bool = False, margin: int = 0
+    axes: Axes,
+    title: str,
+    axes_names: tuple[str, str],
+    is_across: bool = False,
+    margin: int = 0,
+    lowest: float = 0.0,
 ) -> None:
-    """Set labels, grid and ticks of a panel; its values (y, or x if `is_across`) start at zero."""
+    """Set labels, grid and ticks of a panel; its values (y, or x if `is_across`) start at zero
+    unless the lowest is negative."""
     label_panel(axes, title, axes_names, margin)
     end = axes.dataLim.x1 if is_across else axes.dataLim.y1
     set_limits = axes.set_xlim if is_across else axes.set_ylim
-    set_limits(0.0, None if end > 0.0 else 1.0)
+    if lowest >= 0.0:
+        set_limits(0.0, None if end > 0.0 else 1.0)
     axes.grid(visible=True, axis="x" if is_across else "y", color=GRID, linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)

@@ -17,12 +17,14 @@ from baselines.evaluation.figure_page import (
     LABEL,
     LETTER,
     TICK,
+    TITLE,
     Caption,
     CaptionedFigure,
     finish_figure,
     label_panel,
     panel_grid,
     style_in_use,
+    wrapped_name,
 )
 from baselines.evaluation.plot_style import FAINT, INK, colour_of
 from baselines.evaluation.statistics import Estimate
@@ -31,6 +33,7 @@ from swarm_forage_env.scene import Outline, Stage
 
 SHADES = "Blues"  # from white to dark: higher values are darker, also in print
 DARK = 0.6  # share of the colour range above which the text of a cell is white
+LETTERS, LINE_HEIGHT = 20, 0.127  # letters in a line of a row's name; height of the line [inch]
 CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)  # weights that have a contour line
 
 MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
@@ -38,6 +41,10 @@ MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
 
 MAP, NARROW, BAR = 2.4, 1.6, 0.8
 """Minimum width of a map of the arena and of weights, and width of a colour bar [inch]."""
+
+LOWEST = 1.9  # of all maps together: the height of the label of a colour bar [inch]
+
+BESIDE = 4  # letters of a line of a title for which the labels of the y axis leave no room
 
 Table = Mapping[str, Mapping[str, Estimate | None]]
 """Means by row and column; None, or no entry, if there is none."""
@@ -56,13 +63,15 @@ def table_panels(
     cells = chain(*(table.values() for table in tables.values()))
     columns = list(dict.fromkeys(chain(*cells)))
     letters = max(len(word) for name in columns for word in (*name.split(), "10.1 to 10.2"))
-    margin = max(map(len, rows))
+    names = [wrapped_name(row, LETTERS) for row in rows]
+    margin = max(len(line) for name in names for line in name.split("\n"))
     least = 0.5 + LETTER * TICK * margin + LETTER * TICK * (letters + 1) * len(columns)
-    figure, all_axes = panel_grid(len(tables), least, 0.9 + 0.38 * len(rows))
+    n_lines = max(3, *(name.count("\n") + 1 for name in names))
+    figure, all_axes = panel_grid(len(tables), least, 0.9 + LINE_HEIGHT * n_lines * len(rows))
     for axes, (title, table) in zip(all_axes, tables.items(), strict=True):
         _shade(axes, [[table.get(row, {}).get(name) for name in columns] for row in rows])
         axes.set_xticks(range(len(columns)), [name.replace(" ", "\n") for name in columns])
-        axes.set_yticks(range(len(rows)), rows)
+        axes.set_yticks(range(len(rows)), names)
         label_panel(axes, title, axes_names, margin)
         axes.tick_params(length=0.0)
         axes.spines[:].set_visible(False)
@@ -110,6 +119,7 @@ def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure
         )  # fmt: skip
         names += draw_arena(axes, stage)
         _finish_map(axes, title, stage.controller, ("x [m]", "y [m]"))
+    _make_room_for_titles(figure, all_axes, 1)
     _draw_bar(figure, image, all_axes, "robots per m$^2$ (square-root scale)")
     return finish_figure(figure, all_axes, caption, dict.fromkeys(names))
 
@@ -141,6 +151,7 @@ def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
         places = _label_places(lines.allsegs, longest)
         axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g", manual=places)
         _finish_map(axes, f"{name}\n{row}", name, ("own path [m]", "heard path [m]"))
+    _make_room_for_titles(figure, all_axes, 2)
     words = "g, weight of the heard estimate\n(0 keeps one's own, 1 takes the heard one)"
     _draw_bar(figure, image, all_axes, words)
     return finish_figure(figure, all_axes, caption)
@@ -150,10 +161,11 @@ def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigur
     """Return panels for maps of this ratio of height to width, with room for a colour bar."""
     style = style_in_use()
     fitting = max(1, int(style.width / (style.scale * least)))
-    columns = -(-n_panels // -(-n_panels // fitting))
+    rows = -(-n_panels // fitting)
+    columns = -(-n_panels // rows)
     bar = 0.0 if style.is_narrow else BAR
     broad = (style.width / style.scale - bar) / columns - 0.45
-    figure, panels = panel_grid(n_panels, least, broad * shape + 0.55)
+    figure, panels = panel_grid(n_panels, least, max(broad * shape + 0.55, LOWEST / rows))
     if style.is_narrow:
         figure.set_figheight(figure.get_figheight() + style.scale * BAR)
     return figure, panels
@@ -175,9 +187,18 @@ def _label_places(
 
 def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str]) -> None:
     axes.spines[:].set(color=colour_of(controller), linewidth=style_in_use().points(2.5))
-    label_panel(axes, title, names)
+    label_panel(axes, title, names, BESIDE)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(nbins=4))
+
+
+def _make_room_for_titles(figure: Figure, panels: Sequence[Axes], usual: int) -> None:
+    """Make a figure higher by the lines of its titles beyond the usual number."""
+    lines = [len(axes.get_title("left").split("\n")) for axes in panels]
+    columns = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
+    rows = [max(lines[k : k + columns]) for k in range(0, len(lines), columns)]
+    more = sum(max(0, row - usual) for row in rows)
+    figure.set_figheight(figure.get_figheight() + 1.25 * style_in_use().points(TITLE) / 72 * more)
 
 
 def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: str) -> None:

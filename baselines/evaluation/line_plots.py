@@ -62,7 +62,7 @@ def curve_panels(
         for name, means in series.items():
             draw_band(axes, name, means, styles[name])
         axes.set_xlim(left=0.0)
-        finish_panel(axes, title, axes_names)
+        finish_panel(axes, title, axes_names, lowest=_lowest(series))
     return finish_figure(figure, all_axes, caption, styles)
 
 
@@ -86,10 +86,16 @@ def mean_panels(
         for name, means in zip(series, _side_by_side(list(series.values()), is_log), strict=True):
             _draw_means(axes, name, means, styles[name])
         _number_axis(axes, every_x, is_log)
-        finish_panel(axes, title, axes_names)
+        finish_panel(axes, title, axes_names, lowest=_lowest(series))
         if one_y:
             axes.set_ylim(0.0, 1.05 * highest)
     return finish_figure(figure, all_axes, caption, styles)
+
+
+def _lowest(series: Mapping[str, Means]) -> float:
+    """Return the lowest mean of a panel, or zero if none is negative."""
+    means = np.concatenate([each.mean for each in series.values()])
+    return float(np.fmin.reduce(means, initial=0.0))
 
 
 def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -> None:

@@ -107,7 +107,7 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     sliders = [each for each in possible if each]
     swarms = zip(configurations, changed, strict=True)
     programs = [program_of(each, sliders, own, every) for each, own in swarms]
-    sets = shlex.join(f"--set={each}" for each in chosen.settings)
+    sets = [shlex.quote(f"--set={each}") for each in chosen.settings]
     command = shlex.join(["swarm-forage", "evaluate", chosen.scenario]), sets
     replays = [_recorded(each, every) for each in configurations]
     page = playground(stage, command, programs, sliders, COLUMNS, every, replays)

@@ -20,7 +20,7 @@ Values = Float64[Array, "..."]
 CONFIDENCE = 0.95  # of all intervals
 RESAMPLES = 9999  # drawn for an interval
 RUN_RESAMPLES = 2000  # of the runs of learners, drawn for an interval
-BATCH = 1000  # resamples held in memory at a time
+BATCH = 1_000_000  # values of resamples held in memory at a time
 
 FEW = 10
 """Values from which an interval is a bootstrap. Of normal ones that holds the mean in 50 % of the
@@ -242,7 +242,7 @@ def _interval(
                 samples,
                 statistic,
                 n_resamples=RESAMPLES,
-                batch=BATCH,
+                batch=max(1, BATCH // len(samples[0])),
                 paired=len(samples) > 1,
                 vectorized=True,
                 confidence_level=CONFIDENCE,

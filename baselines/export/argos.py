@@ -34,7 +34,7 @@ INFRARED = 1.08212 / 36.8961
 
 
 def check_for_argos(exported: ExportedRobot) -> None:
-    """ConfigError for more robots than messages can name, and for what ARGoS would leave out."""
+    """ConfigError for more robots than messages can name, and for what ARGoS cannot have."""
     scenario = exported.scenario
     if exported.n_robots > MAX_ROBOTS:
         raise ConfigError(
@@ -44,11 +44,14 @@ def check_for_argos(exported: ExportedRobot) -> None:
     for feature, is_present in {
         "faulty robots": scenario.faults.is_any,
         "an area that moves": any(each.moves_at is not None for each in scenario.places),
+        "a tick that no second is a multiple of": not math.isclose(
+            scenario.tick * round(1.0 / scenario.tick), 1.0
+        ),
     }.items():
         if is_present:
             raise ConfigError(
                 f"--argos: scenario '{scenario.name}' has {feature}, which an ARGoS experiment"
-                " leaves out; use a scenario without, such as es1"
+                " cannot have; use a scenario without, such as es1"
             )
 
 
@@ -63,7 +66,7 @@ def write_argos(exported: ExportedRobot, folder: Path, seed: int = 0) -> None:
     imsave(folder / "floor.png", floor(scenario), cmap="grey", vmin=0, vmax=255)
     write_atomically(folder / "experiment.argos", experiment(exported, seed).encode())
     axle = f"{scenario.robot.axle:g}"
-    words = {"name": exported.name, "version": version("swarm-forage"), "axle": axle}
+    words = {"name": exported.names[0], "version": version("swarm-forage"), "axle": axle}
     controller = filled("argos_controller.cpp", words)
     write_atomically(folder / "argos_controller.cpp", controller.encode())
 

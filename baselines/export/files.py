@@ -128,10 +128,10 @@ def _of_policy(exported: ExportedRobot) -> dict[str, str]:
 
 
 def _words(exported: ExportedRobot, target: str, weight: Weight) -> dict[str, object]:
-    scenario = exported.scenario
+    scenario, (name, setup) = exported.scenario, exported.names
     return {
-        "name": exported.name,
-        "scenario": scenario.name,
+        "name": name,
+        "scenario": setup,
         "version": version("swarm-forage"),
         "target": target,
         "tick": f"{scenario.tick:g}",
@@ -206,7 +206,7 @@ def _check_room(exported: ExportedRobot, weight: Weight) -> None:
     for kind, n_bytes in bytes_of.items():
         if n_bytes > (capacity := CHIP[kind]):
             raise ConfigError(
-                f"controller '{exported.name}' needs {n_bytes} bytes of {kind} in scenario"
+                f"controller '{exported.names[0]}' needs {n_bytes} bytes of {kind} in scenario"
                 f" '{exported.scenario.name}', but an STM32F407 has {capacity}; use fewer robots:"
                 " --set task.n_robots=50"
             )

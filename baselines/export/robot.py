@@ -15,6 +15,7 @@ import numpy as np
 from numba.core import types
 
 from baselines.controller import LayeredController
+from baselines.evaluation.experiment_config import ExperimentConfig, changed_settings, short_label
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.envs.pilot import pilot_and_layers
@@ -101,7 +102,7 @@ class ExportedRobot:
             raise ConfigError(
                 f"scenario {scenario.name!r}: must be one in which robots forage, such as es1"
             )
-        self.name, self.scenario, self._controller = controller.name, scenario, controller
+        self.scenario, self._controller = scenario, controller
         self._pilot, layers = pilot_and_layers(controller, scenario)
         self.views = {} if self._pilot is None else VIEWS
         loop = Loop(scenario, layers, [0], "kinematic", is_blank=True)
@@ -136,6 +137,14 @@ class ExportedRobot:
             np.zeros((n, 0)),
             np.ascontiguousarray(compiled.arrays[3][0]),
         )
+
+    @cached_property
+    def names(self) -> tuple[str, str]:
+        """Names of controller and scenario, each with its changed parameters."""
+        configuration = ExperimentConfig("", self.scenario, self._controller)
+        settings = changed_settings(configuration.overrides)
+        label = short_label(self._controller.name, configuration.parameters)
+        return label, ", ".join((self.scenario.name, *settings))
 
     @property
     def n_robots(self) -> int:

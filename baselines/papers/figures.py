@@ -122,7 +122,8 @@ class RatioMaps(PaperFigure):
 
 def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]) -> None:
     ratios = np.array([[ratio_of_trips(results, *each) for each in row] for row in rows])
-    axes.imshow(np.log2(ratios), cmap="RdBu", vmin=-WIDEST, vmax=WIDEST, aspect="auto")
+    shades = np.log2(np.maximum(ratios, 0.5**WIDEST))  # also of a ratio of zero
+    axes.imshow(shades, cmap="RdBu", vmin=-WIDEST, vmax=WIDEST, aspect="auto")
     for (row, column), ratio in np.ndenumerate(ratios):
         source, base = rows[row][column]
         text = f"{mean_trips(results, base):.0f}" if source == base else f"{ratio:.2f}"

@@ -19,10 +19,18 @@ Not in the papers, and chosen here:
 import math
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from swarm_forage_env.epuck.obstacles import Point
-from swarm_forage_env.parameters import BaseTask, Count, NotNegative, Parameters, Positive, Share
+from swarm_forage_env.parameters import (
+    BaseTask,
+    Count,
+    NotNegative,
+    Parameters,
+    Positive,
+    Share,
+    list_as,
+)
 
 
 class Arena(Parameters):
@@ -35,6 +43,8 @@ class Arena(Parameters):
         description="Corners of an outer wall inside that rectangle, in order [m]; none: the"
         " rectangle is the outer wall. Not in the papers (chosen)",
     )
+
+    _from_text = field_validator("corners", mode="before")(list_as("[[-1, -1], [1, -1], [0, 1]]"))
 
     @model_validator(mode="after")
     def _has_its_corners_inside(self) -> Self:

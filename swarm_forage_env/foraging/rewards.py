@@ -95,7 +95,7 @@ LEGS = 3
 def farthest(world: WorldState) -> float:
     """Return the largest possible distance of a robot from the centre of an area [m]."""
     x, y = 0.0, 0.0
-    for k in range(world.areas.shape[0]):
+    for k in range(world.n_areas):  # the record may hold areas of an earlier scenario
         x, y = max(x, abs(world.areas[k, 0])), max(y, abs(world.areas[k, 1]))
     return float(hypot(0.5 * world.arena[0] + x, 0.5 * world.arena[1] + y))
 

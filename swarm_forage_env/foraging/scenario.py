@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.epuck.obstacles import ROUNDING
@@ -13,7 +13,7 @@ from swarm_forage_env.epuck.parts import Mission
 from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.foraging.areas import MAX_AREAS, Area, in_order
-from swarm_forage_env.parameters import Positive
+from swarm_forage_env.parameters import Positive, list_as
 
 if TYPE_CHECKING:
     from swarm_forage_env.foraging.episode import ForagingEpisode
@@ -34,6 +34,10 @@ class Task(Mission):
         (),
         description="Nests and prey areas [m], instead of the two that area_distance places;"
         " none: those two. Not in the papers (chosen)",
+    )
+
+    _from_text = field_validator("areas", mode="before")(
+        list_as('[{"kind": "nest", "centre": [-0.7, 0]}, {"centre": [0.7, 0]}]')
     )
 
     @model_validator(mode="after")
@@ -118,5 +122,5 @@ class Scenario(EpuckScenario):
 
     @property
     def false_place_distance(self) -> float:
-        """Half the distance between the areas [m]."""
-        return 0.5 * self.task.area_distance
+        """Half the distance between the first nest and the first prey area [m]."""
+        return 0.5 * math.dist(*self.areas)

@@ -113,7 +113,7 @@ def _text(content: bytes) -> str:
 
 def playground(  # noqa: PLR0913 what a page is made of
     stage: Stage,
-    command: tuple[str, str],
+    command: tuple[str, Sequence[str]],
     programs: Sequence[Program],
     sliders: Sequence[Slider],
     columns: Sequence[str],

@@ -79,7 +79,9 @@ def potentials(world):
     ],
 )
 def test_the_potential_rises_along_the_trip(leg, x, y, share):
-    world = ForagingWorld([SCENARIO], [0], "kinematic")
+    world = ForagingWorld([find_scenario("two-prey", {"n_robots": 1})], [0], "kinematic")
+    world.replace_scenarios([0], [SCENARIO])  # of fewer areas
+    world.reset([0])
     world.robots["leg"], world.robots["pose"] = leg, (x, y, 0.0)
     assert potentials(world) == pytest.approx([share])
 

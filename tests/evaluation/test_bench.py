@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from importlib.util import find_spec
 from types import SimpleNamespace
+from unittest.mock import MagicMock, call
 
 import numpy as np
 import pymunk
@@ -246,28 +247,17 @@ def test_a_row_stands_beside_its_goal():
 
 def test_vmas_is_timed_where_it_is_installed(monkeypatch):
     assert find_spec("vmas") or vmas_seconds(2, quick=True) is None
-    asked = []
-
-    class Navigation:
-        agents = "ab"
-
-        def reset(self):
-            asked.append("reset")
-
-        def get_random_action(self, agent):
-            return agent
-
-        def step(self, actions):
-            asked.append(actions)
-            return None, [np.zeros(2)] * 2, None, None
-
-    made = SimpleNamespace(make_env=lambda **terms: asked.append(terms) or Navigation())
+    vmas = MagicMock()
+    env = vmas.make_env.return_value
+    env.agents, env.get_random_action = "ab", lambda agent: agent
+    env.step.return_value = None, [np.zeros(2)] * 2, None, None
     monkeypatch.setattr(gpu, "find_spec", lambda name: name)
-    monkeypatch.setattr(gpu, "import_module", lambda name: made)
+    monkeypatch.setattr(gpu, "import_module", lambda name: vmas)
     monkeypatch.setattr(gpu, "seconds_per_tick", lambda step, quick: step() or 0.5)
     assert vmas_seconds(3, quick=True, device="cpu") == 0.5
-    assert (asked[0]["num_envs"], asked[0]["device"]) == (3, "cpu")
-    assert asked[1:] == ["reset", ["a", "b"]]
+    terms = vmas.make_env.call_args.kwargs
+    assert (terms["num_envs"], terms["device"]) == (3, "cpu")
+    assert env.method_calls == [call.reset(), call.step(["a", "b"])]
 
 
 def test_energy_is_told_in_joules_of_the_gpu_that_was_asked_for():

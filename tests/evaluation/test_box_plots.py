@@ -10,7 +10,7 @@ from PIL import Image
 
 from baselines.evaluation.box_plots import box_panels
 from baselines.evaluation.figure_page import Caption, draw_caption, page_style, save_figure
-from baselines.evaluation.line_plots import Means, curve_panels
+from baselines.evaluation.line_plots import Means, curve_panels, mean_panels
 from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, styles_of
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
@@ -37,6 +37,13 @@ def test_boxes_are_quartiles_with_whiskers_the_first_on_top_and_start_at_zero():
     assert axes.get_ylim()[0] > axes.get_ylim()[1]
     assert axes.get_xlim()[0] == 0.0
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("round trips", "")
+
+
+def test_negative_values_are_seen():
+    assert draw({"nc": {"": [-3.0, 1.0]}}).axes[0].get_xlim()[0] < -3.0
+    means = {"es1": {"nc": Means(np.arange(2.0), *-np.ones((3, 2)))}}
+    for panels in (curve_panels, mean_panels):
+        assert panels(means, ("x", "y"), CAPTION).axes[0].get_ylim()[0] < -1.0
 
 
 def test_boxes_of_numbers_stand_and_decades_are_powers_of_ten():

@@ -1,6 +1,7 @@
 """An episode: what it holds, and that it does not depend on its company."""
 
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -11,6 +12,7 @@ from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.tables import report
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.episode import judged_at_the_end
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.episode import WaypointEpisode
@@ -35,6 +37,11 @@ def test_what_nobody_ever_knew_or_reached_is_missing(configure):
     assert episode.recruitment_time_s is episode.localisation_error_m is None
     assert episode.round_trips == 0
     assert episode.on_path_over_time == (0.0,) * 10, "a sample a tick"
+
+
+def test_a_metric_of_a_task_that_is_nan_is_missing():
+    meter = judged_at_the_end(lambda world: {"met": np.array([np.nan, 2.0])})(Mock())
+    assert meter.results() == [{"met": None}, {"met": 2.0}]
 
 
 def test_the_series_agree_with_the_numbers_at_the_end(configure):

@@ -263,8 +263,8 @@ def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, cards, style):
     keep(TRIPS)
     folder = keep(TRIPS, task_n_robots=5)
     trips = {
-        f"{motion}:estimator={localisation}": 20
-        for motion in ("subsumption", "boids-adaptive")
+        f"{motion}estimator={localisation}": 20
+        for motion in ("subsumption:", "boids-adaptive:alignment=0.5,cohesion=0.5,trust=1.3,")
         for localisation in ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
     }
     with page_style(style):
@@ -274,7 +274,8 @@ def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, cards, style):
         table = draw("table", keep(trips), controllers=("subsumption", "boids-adaptive"))
         assert texts_at_fault(table) == []
         assert texts_at_fault(draw("learning", *cards)) == []
-        maps = draw("weights", "ssgikf", "ssgiff:beta=0.01", "dsgiff-penalised")
+        long = "ssgiff:beta=0.001,refractory=10,pause=4,lost_within=0.06"
+        maps = draw("weights", "ssgikf", long, "dsgiff-penalised", "learned-weighting")
         for axes in maps.axes:
             for label in axes.texts:  # on the contours, where they may touch
                 label.remove()
@@ -283,19 +284,20 @@ def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, cards, style):
 
 @pytest.fixture
 def walled(dataset, configure):
-    """One episode among a disc, a wall and a polygon."""
+    """One episode among a disc, a wall and a polygon, in a long arena."""
     obstacles = [
         {"points": [[0.0, 0.4]], "radius": 0.05},
         {"points": [[-0.2, -0.4], [0.2, -0.4]], "radius": 0.01},
         {"points": [[0.3, 0.3], [0.4, 0.3], [0.4, 0.4]], "radius": 0.0, "is_closed": True},
     ]
-    made = configure(obstacles=obstacles)
+    made = configure(obstacles=obstacles, arena_length=12.0)
     dataset.keep(made, run_episodes(made.scenario, made.controller, [3], "kinematic"))
     return str(dataset.folder)
 
 
-def test_paths_draw_the_obstacles_and_name_the_areas_beside_the_map(walled):
+def test_paths_draw_the_obstacles_and_name_the_areas_beside_the_map(walled, texts_at_fault):
     figure = draw("paths", walled)
+    assert texts_at_fault(figure) == []
     outlines = [patch for patch in figure.axes[0].patches if isinstance(patch, Polygon)]
     disc, wall, *sides = [patch.get_path().get_extents() for patch in outlines]
     assert disc.extents == pytest.approx([-0.05, 0.35, 0.05, 0.45], abs=1e-3)

@@ -33,6 +33,7 @@ def test_the_pair_written_out_is_the_default_bit_for_bit(bits):
     for loop in loops:
         loop.run(600)
     assert bits(loops[0]) == bits(loops[1])
+    assert es1_with(SECOND_NEST, RICH).false_place_distance == 0.5  # half their distance
 
 
 def visit(world, go, place):

@@ -7,8 +7,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.epuck.obstacles import Obstacle
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.arenas import SHAPES, mg1
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
@@ -89,6 +87,7 @@ def test_the_arenas_of_mg1_have_none_to_four_obstacles_and_are_foraged_in(shape)
             {"obstacles": [{"points": [[-0.4, -0.4], [0.4, -0.4], [0, 0.5]], "is_closed": True}]},
             ["start circle", "overlaps"],
         ),
+        ({"obstacles": "wall"}, ["obstacles=wall: must be a list in JSON, such as "]),
         ({"obstacles": [{"points": [[0.4, 0.4]]}]}, ["single point", "radius above 0"]),
         ({"obstacles": [{"points": [[0.4, 0.4], [0.5, 0.4]], "is_closed": True}]}, ["at least 3"]),
         ({"obstacles": [{"points": []}]}, ["obstacles.0.points", "at least 1"]),
@@ -110,11 +109,3 @@ def test_the_arenas_of_mg1_have_none_to_four_obstacles_and_are_foraged_in(shape)
 )
 def test_what_stands_in_the_way_is_refused_in_one_line(overrides, parts):
     check_refused("es1", overrides, parts)
-
-
-def test_obstacles_are_read_from_a_command_line():
-    text = '[{"points": [[0.4, -0.1], [0.4, 0.1]], "radius": 0.01}]'
-    (found,) = find_scenario("es1", {"obstacles": text}).obstacles
-    assert found == Obstacle(points=((0.4, -0.1), (0.4, 0.1)), radius=0.01)
-    with pytest.raises(ConfigError, match="obstacles=wall: must be a list in JSON, such as "):
-        find_scenario("es1", {"obstacles": "wall"})

@@ -3,6 +3,7 @@
 import pytest
 
 from baselines.papers import transfer
+from baselines.papers.figures import WIDEST
 from baselines.papers.transfer import AXES, BASE, POLICIES, WORLDS, experiment, table, with_robots
 from swarm_forage_env.scenarios import find_scenario
 
@@ -42,6 +43,7 @@ def test_the_table_tells_where_a_policy_falls_below(episodes):
              for world in WORLDS}  # fmt: skip
     policy, world = POLICIES[1], AXES["robots"]["50"]
     trips[policy, world] = [50 + k for k in range(10)]
+    trips[POLICIES[2], world] = [0] * 10
     results = {
         experiment(name, world): episodes(experiment(name, world), counts)
         for (name, world), counts in trips.items()
@@ -51,4 +53,5 @@ def test_the_table_tells_where_a_policy_falls_below(episodes):
     assert f"| {POLICIES[0]} | 0 of {len(WORLDS)} | nowhere |" in lines
     figure = transfer.PAPER.figures[0].draw(results, "a command")
     texts = {text.get_text() for axes in figure.axes for text in axes.texts}
-    assert {"0.52", "1.00"} <= texts
+    assert {"0.00", "0.52", "1.00"} <= texts
+    assert min(axes.images[0].get_array().min() for axes in figure.axes) == -WIDEST

@@ -1,5 +1,6 @@
 """Single numbers changed by name, and what happens to those that cannot be."""
 
+import json
 import math
 from bisect import bisect_left
 
@@ -26,6 +27,10 @@ def test_every_field_can_be_set_and_the_original_stays_as_it_was():
     before, other = find_scenario("es1").model_copy(deep=True), find_scenario("es2")
     assert find_scenario("es1", leaves(other.model_dump())) == other
     assert find_scenario("es1") == before
+    for name in ("moving-prey", "mg1-square"):  # lists, as text
+        values = leaves(find_scenario(name).model_dump(mode="json")).items()
+        texts = {field: json.dumps(each) for field, each in values if isinstance(each, list)}
+        assert find_scenario(name, texts) == find_scenario(name)
 
 
 class Twin(Parameters):

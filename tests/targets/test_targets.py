@@ -316,7 +316,10 @@ def test_the_controller_for_argos_takes_in_what_is_spoken(tmp_path):
 
 
 def test_the_readme_names_every_other_file(command):
-    assert command("export", "nc", "--target=x86-64", "--argos", "--out=robot")[0] == 0
+    options = "--target=x86-64", "--argos", "--set=radio.slots=5", "--out=robot"
+    assert command("export", "ssgiff:beta=0.02", *options)[0] == 0
+    header = Path("robot/controller.h").read_text()
+    assert header.startswith("/* ssgiff:beta=0.02 in es1, radio.slots=5: the controller")
     named = re.findall(r"^\| `(.+?)` \|", Path("robot/README.md").read_text(), re.MULTILINE)
     assert {"README.md", *named} == {each.name for each in Path("robot").iterdir()}
 

@@ -52,7 +52,8 @@ class TrainingCard(_Entry):
 def draw(options: PlotOptions) -> Figure:
     """Draw round trips on the held-back seeds over simulated time."""
     files = [Path(source) for source in options.sources]
-    cards = dict(zip(_names(files), map(read_card, files), strict=True))
+    read = [read_card(file) for file in files]
+    cards = dict(zip(_names(files), read, strict=True))
     panels: dict[str, dict[str, Means]] = {}
     for name, card in cards.items():
         for scenario in card.curve[0].round_trips:

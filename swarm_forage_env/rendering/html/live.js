@@ -145,10 +145,12 @@ const live = {
         .map((slider) => `${slider.name}=${slider.values[this.at(slider)]}`);
       return own.length ? `${controller}${controller.includes(":") ? "," : ":"}${own}` : controller;
     });
-    const settings = changed.flatMap((slider) => slider.settings[this.at(slider)])
-      .map((each) => `--set ${/["[]/.test(each) ? `'${each}'` : each}`);
-    return [start, ...names, sets, ...settings, "--physics kinematic --episodes 1",
-      `--seed ${element("seed").value}`].filter(Boolean).join(" ");
+    const settings = changed.flatMap((slider) => slider.settings[this.at(slider)]);
+    const quoted = (word) => /[^\w:=,.+/-]/.test(word) ? `'${word}'` : word;
+    const isChanged = (set) => settings.some((each) => set.includes(`=${each.split("=")[0]}=`));
+    return [start, ...names.map(quoted), ...sets.filter((set) => !isChanged(set)),
+      ...settings.map((each) => `--set ${quoted(each)}`),
+      "--physics kinematic --episodes 1", `--seed ${element("seed").value}`].join(" ");
   },
 
   /* What is chosen, as in the address of the page; usual numbers are left out. */

@@ -38,7 +38,8 @@ def in_chromium(test):
 def file(tmp_path_factory):
     pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
     found = tmp_path_factory.mktemp("page") / "play.html"
-    write_playground(EvaluateOptions("es1", CONTROLLERS, 1, 0, [SHORT], "kinematic"), found)
+    settings = [SHORT, "task.n_robots=10"]
+    write_playground(EvaluateOptions("es1", CONTROLLERS, 1, 0, settings, "kinematic"), found)
     return found
 
 
@@ -90,6 +91,7 @@ def test_an_address_chooses_seed_and_numbers(opened, file, address):  # noqa: F8
     command_line = shlex.split(page.evaluate("element('command').textContent"))
     assert command_line[:3] == ["swarm-forage", "evaluate", "es1"]
     assert {f"{name}={value}" for name, value in numbers.items()} <= {*command_line}
+    assert sum("task.n_robots=" in word for word in command_line) == 1, "no setting is given twice"
     assert page.evaluate("arena.robotNear(...arena.place(robotAt(4).x, robotAt(4).y))") == 4
 
 
@@ -205,10 +207,13 @@ def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_p
 @in_chromium
 def test_a_network_that_ppo_trained_acts_in_the_page_as_here(opened, tmp_path):  # noqa: F811 the fixture
     pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
-    file, network = tmp_path / "play.html", any_network(tmp_path, 8)
+    file, folder = tmp_path / "play.html", tmp_path / "my networks"
+    folder.mkdir()
+    network = any_network(folder, 8)
     short = EvaluateOptions("es1", [network], 1, 0, ["task.duration=60"], "kinematic")
     write_playground(short, file)
     page = opened(path=file)
+    assert network in shlex.split(page.evaluate("element('command').textContent"))
     loop = Loop(find_scenario("es1"), find_controller(network), [0], "kinematic")
     loop.run(600)
     shown = page.evaluate("Array.from({ length: 10 }, (_, i) => view.episodes[0].x[i * 61 + 60])")
