@@ -7,15 +7,17 @@ from importlib.util import find_spec
 from pathlib import Path
 
 EXTRAS = {
-    "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer", "yaml"},
+    "evaluate": {
+        "joblib", "matplotlib", "pyarrow", "rich", "safetensors", "scipy", "typer", "yaml",
+    },
     "render": {"imageio_ffmpeg", "pygame"},
-    "train": {"cmaes", "safetensors", "sb3_contrib", "stable_baselines3", "tensorboard", "torch"},
+    "train": {"cmaes", "sb3_contrib", "stable_baselines3", "tensorboard", "torch"},
     "onnx": {"onnxruntime"},
     "cuda": {"numba_cuda"},
     "play": {"ziglang"},
     "ray": {"ray"},
     "torchrl": {"benchmarl", "torch", "torchrl"},
-}
+}  # fmt: skip
 """Packages of each extra, without those of extras that it builds on."""
 
 

@@ -4,7 +4,7 @@
 # `swarm-forage export` compiles the controller of one robot for the processor of the e-puck 2. The
 # machine code consists of the functions that the simulator runs, so that nothing is written twice.
 # This tutorial exports hand-written and learned controllers, checks the code bit for bit, and
-# plots what the check replays. It takes a minute and needs `pip install '.[evaluate]' safetensors`
+# plots what the check replays. It takes a minute and needs `pip install '.[evaluate]'`
 # and a C compiler named `cc`.
 
 # %%

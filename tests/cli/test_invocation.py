@@ -26,7 +26,7 @@ MISSING = {
     "pygame": ("render", "watch es1 nc --set=task.duration=1 --video=x.mp4"),
     "ray": ("ray", "evaluate es1 nc --backend=ray"),
     "cmaes": ("train", "train weighting es1"),
-    "safetensors": ("train", "evaluate es1 learned-weighting --episodes=1"),
+    "safetensors": ("evaluate", "evaluate es1 learned-weighting --episodes=1"),
     "benchmarl": ("torchrl", "benchmark ladder --algorithm=qmix --rung=near"),
 }  # fmt: skip
 """Packages, the extra that brings them, and a command that needs each."""

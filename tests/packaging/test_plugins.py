@@ -37,7 +37,7 @@ def plugin(tmp_path, monkeypatch):
         ("raise ImportError('not on this system')", "(broken_swarm): not on this system"),
         (
             "import safetensors.torch",
-            "'safetensors.torch' is missing, pip install 'swarm-forage[train]'",
+            "'safetensors.torch' is missing, pip install 'swarm-forage[evaluate]'",
         ),
         ("1 / 0", "(broken_swarm): ZeroDivisionError: division by zero"),
         ("raise SystemExit", "(broken_swarm): SystemExit"),

@@ -28,7 +28,7 @@ for scenario in ("es1", "waypoints-05"):
 """
 
 LEARNED = "from swarm_forage_env import parallel_env\nparallel_env(controller='learned-weighting')"
-REMEDY = "needs 'safetensors': pip install 'swarm-forage[train]'"
+REMEDY = "needs 'safetensors': pip install 'swarm-forage[evaluate]'"
 
 SHORT = "--set=duration=3", "--workers=1"
 TINY = "--budget=1", "--every=1", "--worlds=1", "--held-back=1", *SHORT
@@ -37,7 +37,7 @@ COMMANDS = {
     "evaluate": [
         ("list", "es1"),
         ("list", "learned-both"),
-        ("evaluate", "es1", "nc", "--episodes=1", "--plot=a.png", *SHORT),
+        ("evaluate", "es1", "nc", "learned-both", "--episodes=1", "--plot=a.png", *SHORT),
         ("plot", "boxplot", "runs/es1", "--out=b.pdf"),
         ("reproduce", "ants2008", "--help"),
     ],
@@ -45,7 +45,6 @@ COMMANDS = {
     "train": [
         ("train", "weighting", "es1", "--population=4", *TINY),
         ("train", "motion", "es1", *TINY),
-        ("evaluate", "es1", "learned-both", "--episodes=1", *SHORT),
     ],
 }
 """What each extra is for, on episodes of seconds."""
