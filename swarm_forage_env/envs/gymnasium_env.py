@@ -17,7 +17,7 @@ from swarm_forage_env.envs.keywords import SingleEnvOptions
 from swarm_forage_env.envs.make import refuse_keywords_of_blocks
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.envs.render import Frame, ShownEnv
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
 from swarm_forage_env.rendering.viewer import check_render_mode
 
@@ -54,6 +54,11 @@ class JointWorlds(ShownEnv):
         env = ArrayEnv(n_worlds=n_rows // self._rows_in_world, **rest)
         self._show(env, render_mode)
         own, n_together = env.observation_space, len(env.learners) // self._rows_in_world
+        if self.single_learner and n_together > 1:
+            raise ConfigError(
+                f"learners={shown(rest['learners'])}: one robot learns in this environment; name"
+                " one, or use that of all robots, whose id ends with -Joint-v2"
+            )
         self._joint_observations = own if n_together == 1 else repeated(own, n_together)
         self._joint_actions = joint_actions(env.action_space, n_together)
         self._action_shape: tuple[int, ...] = self._joint_actions.shape or ()

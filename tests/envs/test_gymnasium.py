@@ -120,6 +120,11 @@ def test_the_tuple_env_with_boxes_is_the_joint_env():
         seen, all_seen = boxes.step(tuple(action))[0], joint.step(action.ravel())[0]
 
 
+def test_one_robot_learns_where_one_is_promised():
+    with pytest.raises(ConfigError, match="learners=2: one robot learns in this environment; name"):
+        gym.make(SINGLE, learners=2)
+
+
 @pytest.mark.parametrize(("most", "cycles"), [(3, 5), (5, 3), (None, 3)])
 def test_the_shorter_of_time_limit_and_max_cycles_ends_an_episode(most, cycles):
     env = gym.make(SINGLE, max_episode_steps=most, max_cycles=cycles)
