@@ -66,13 +66,18 @@ def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
 
 
 def _named(name: str) -> BaseScenario:
-    """Return the scenario of a name; ConfigError if it names a controller or another file."""
+    """Return the scenario of a name; ConfigError for a controller, another file or parameters."""
     if name not in SCENARIOS and Path(name).suffix and isfile(name):
         raise ConfigError(f"scenario file {name}: must be TOML, under a name that ends in .toml")
     if name not in SCENARIOS and name.partition(":")[0] in CONTROLLERS:
         raise ConfigError(
             f"no scenario named {name!r}: it is a controller, and the scenario comes first, as in"
             f" `es1 {name}`"
+        )
+    if name not in SCENARIOS and name.partition(":")[0] in SCENARIOS:
+        raise ConfigError(
+            f"scenario '{name}': its parameters are given apart: --set task.n_robots=3 in a"
+            " command, keywords in Python"
         )
     scenario: BaseScenario = SCENARIOS[name]
     return scenario

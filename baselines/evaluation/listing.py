@@ -76,10 +76,10 @@ def describe(name: str) -> dict[str, object]:
 
 def find(name: str) -> Listed:
     """Find a scenario (name or TOML file), a controller (`ssgiff:beta=0.02`) or a layer."""
-    if name.endswith(".toml") or name in SCENARIOS:
+    bare = name.partition(":")[0]
+    if name.endswith(".toml") or bare in SCENARIOS:
         scenario: BaseScenario = find_scenario(name)
         return scenario
-    bare = name.partition(":")[0]
     if any(bare in each for each in (CONTROLLERS, POLICIES, REFERENCES)):
         return find_layered_controller(name)
     for registry in REGISTRIES.values():

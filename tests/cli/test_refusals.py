@@ -73,6 +73,7 @@ REFUSED = [
     (("export", "nc", *ARGOS, "--set=tick=0.15"), "has a tick that no second is a multiple of"),
     (("plot", "learning", ".", "--out=a.png"), "policy card .: Is a directory; name a .json"),
     (("bench", "--threads=0"), "Invalid value for '--threads'"),
+    (("list", "es1:tick=0.2"), "scenario 'es1:tick=0.2': its parameters are given apart: --set"),
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
     (("new", "reward", "class"), "name 'class': must be small"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),
