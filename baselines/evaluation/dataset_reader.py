@@ -181,7 +181,7 @@ def _files(source: str) -> list[Path]:
     if folder.is_file():
         raise ConfigError(
             f"dataset {source}: is a file; name the folder that swarm-forage evaluate or reproduce"
-            " has written, in which it lies"
+            " has written"
         )
     reason = "holds no episodes" if folder.is_dir() else "no such folder"
     raise ConfigError(
