@@ -70,6 +70,9 @@ KINDS = {
 """Kinds of policies of other trainers, by the word before the colon of a name."""
 
 
+PPO = named_policy("learned-ppo", NetworkPolicy()).with_parameters({"file": "motion-ppo"})
+CONTROLLERS.register(PPO.name, "a network drives, trained from scratch by PPO in a minute")(PPO)
+
 for kind, policy in KINDS.items():
     first_line = (getdoc(policy) or "").partition("\n")[0]
     POLICIES.register(kind, first_line)(named_policy(kind, policy()))

@@ -27,11 +27,21 @@ from training.policy_file import Shapes, Weights, misfit, packed_weights, read_w
 
 LOG_STD = "log_std"
 
+BUNDLED_NETWORKS = {
+    file.stem: file for file in (Path(__file__).parent / "networks").glob("*.safetensors")
+}
+"""Files of the bundled networks by name."""
+
 GATES = 3  # reset, update and new state, in this order in the arrays of the recurrent unit
 
 
 class NetworkPolicy(PolicyFile):
     """A network that `swarm-forage train` has saved: network:runs/x/best.safetensors."""
+
+    @property
+    def path(self) -> Path:
+        """Path of the bundled network of this name, or else of the file; ConfigError if neither."""
+        return BUNDLED_NETWORKS.get(self.file) or super().path
 
     def start(self, form: PolicyForm) -> Started:
         """Start the network: its mean action, if stochastic with Gaussian noise as in training."""

@@ -21,7 +21,9 @@ from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from training.ladder.page import best_shown, shown
 from training.ladder.rungs import RANDOM, Rung, read_rungs
-from training.policy_file import BUNDLED, Card, load_policy
+from training.network_policy import BUNDLED_NETWORKS
+from training.policy_card import read_policy_card
+from training.policy_file import BUNDLED, TrainingRecord, load_policy
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 
@@ -45,7 +47,7 @@ REWARDS = {
     " claim. [Waypoints](../environment.md#waypoints)",
 }
 
-POLICIES = sorted(file.stem for file in BUNDLED.glob("*.safetensors"))
+POLICIES = sorted([*BUNDLED_NETWORKS, *(file.stem for file in BUNDLED.glob("*.safetensors"))])
 
 SEEN = {
     "weighting": "what a robot and its partner believe of an area, and how they met",
@@ -196,7 +198,8 @@ def _controllers(name: str) -> list[str]:
     found = []
     for each in CONTROLLERS.loaded():
         if isinstance(each, LayeredController):
-            parts = {value for key, value in each.parameters.items() if key.endswith(".policy")}
+            files = (".policy", ".file")
+            parts = {value for key, value in each.parameters.items() if key.endswith(files)}
             found += [each.name] if name in parts else []
     return found
 
@@ -209,15 +212,38 @@ def _kept_scores(name: str) -> list[Score]:
 
 def _policy_card(name: str) -> str:
     """The text of a card."""
-    known: Card = load_policy(name).card
-    (layer, own), *_ = known.layers.items()
+    known, controller, layer, parts = (_network if name in BUNDLED_NETWORKS else _layer)(name)
     lines = textwrap.wrap(
         known.command, 80, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
     )
-    terms = {"layer": layer, "own": own, "seen": SEEN[layer], "command": " \\\n".join(lines)}
-    terms |= {"runs": _controllers(name), "scores": _kept_scores(name)}
+    terms = {"layer": layer, "parts": parts, "seen": SEEN[layer], "command": " \\\n".join(lines)}
+    terms |= {"runs": _controllers(name), "scores": _kept_scores(name), "controller": controller}
     interval = "{0.mean:.0f} ({0.low:.0f} to {0.high:.0f})".format
     return card_tables.rendered("policy", name=name, card=known, interval=interval, **terms)
+
+
+Described = tuple[TrainingRecord, str, str, dict[str, Any]]
+"""Training of a policy, controller beside it, its layer, and what it observes, gives and is."""
+
+
+def _layer(name: str) -> Described:
+    card = load_policy(name).card
+    (layer, own), *_ = card.layers.items()
+    network = ", ".join([f"`{own.network}`", *(f"{size} {n}" for size, n in own.sizes.items())])
+    parts = {"n_observed": len(own.observes), "gives": own.gives, "network": network}
+    return card, card.controller, layer, parts
+
+
+def _network(name: str) -> Described:
+    file = BUNDLED_NETWORKS[name]
+    card = read_policy_card(file)
+    assert card is not None
+    assert card.training is not None
+    pilot = CONTROLLERS[_controllers(name)[0]].pilot(find_scenario(card.scenario))
+    sizes = [int(size) for size in pilot.sizes[1:]]
+    network = f"dense, tanh: {f' {TIMES} '.join(map(str, sizes))}"
+    parts = {"n_observed": sizes[0], "gives": pilot.form.action.layout, "network": network}
+    return card.training, card.controller, card.keywords.learn, parts
 
 
 SHOWN = {

@@ -8,8 +8,10 @@ from baselines.papers import transfer
 from baselines.papers.robustness import sound_trips
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
-from training.controllers import NAMED
+from training.controllers import NAMED, PPO
 from training.experiment import TEST_SEEDS
+from training.network_policy import BUNDLED_NETWORKS
+from training.policy_card import read_policy_card
 from training.policy_file import BUNDLED, load_policy
 
 SMALL = 100_000
@@ -18,15 +20,19 @@ SMALL = 100_000
 NAMES = sorted(file.stem for file in BUNDLED.glob("*.safetensors"))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *BUNDLED_NETWORKS])
 def test_every_policy_says_how_it_was_made_and_is_small(name):
-    policy = load_policy(name)
-    card = policy.card
+    if name in BUNDLED_NETWORKS:
+        source = BUNDLED_NETWORKS[name]
+        card = read_policy_card(source).training
+    else:
+        policy = load_policy(name)
+        source, card = policy.source, policy.card
     assert card.command.startswith("swarm-forage train ")
     assert "/tmp" not in card.command
     assert card.score
     assert card.curve[-1].value >= card.curve[0].value
-    files = policy.source, policy.source.with_suffix(".json")
+    files = source, source.with_suffix(".json")
     assert sum(file.stat().st_size for file in files) < SMALL
 
 
@@ -35,7 +41,7 @@ def test_the_folder_of_bundled_policies_holds_policies_and_their_cards_only():
     assert files == {f"{name}{end}" for name in NAMES for end in (".safetensors", ".json")}
 
 
-@pytest.mark.parametrize("name", [controller.name for controller in NAMED])
+@pytest.mark.parametrize("name", [controller.name for controller in (*NAMED, PPO)])
 def test_every_learned_controller_beats_robots_that_do_not_communicate(name):
     scenario, seeds = find_scenario("es1"), TEST_SEEDS[:3]
     learned, alone = (
