@@ -57,6 +57,15 @@ def reproduce(  # noqa: PLR0913 the options of a command
         ),
     ] = None,
     settings: EverySettingsOption = None,
+    policies: Annotated[
+        list[str] | None,
+        Option(
+            "--policy",
+            metavar="CONTROLLER",
+            help="Policy to compare, as sb3:model.zip; may be repeated. For transfer.",
+            show_default="the bundled ones",
+        ),
+    ] = None,
     physics: PhysicsOption = None,
     page: Annotated[
         Path | None,
@@ -84,7 +93,8 @@ def reproduce(  # noqa: PLR0913 the options of a command
 
     **robustness**: every weighting rule with faulty robots and liars; not from a paper.
 
-    **transfer**: every bundled policy in 49 worlds, most of them new to it; not from a paper.
+    **transfer**: every bundled policy, or those of --policy, in 49 worlds, most of them new to it;
+    not from a paper.
 
     Prints the expected time before it starts. Finished blocks of episodes are written to --out;
     a stopped run repeats at most the unfinished blocks. With --episodes=adaptive the page is
@@ -99,7 +109,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     adaptive = episodes == ADAPTIVE
     n = _number(episodes) if episodes and not adaptive else QUICK_EPISODES if quick else None
     spread = find_backend(backend, workers, threads, address)
-    options = ReproduceOptions(paper, n, adaptive, seed, physics, settings or [])
+    options = ReproduceOptions(paper, n, adaptive, seed, physics, settings or [], policies or [])
     run = Reproduction(options, out, page)
     run.run_with_progress(spread)
     run.write_figures(style)

@@ -31,6 +31,7 @@ ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
 """Files of each figure, by page style."""
 
 WIDEST = 1.5  # |log2 ratio| at which the colours of a heat map end
+LONGEST = 24  # letters of the name of a row
 DARK = 0.9  # |log2 ratio| from which the colours of a heat map are dark
 Against = tuple[Source, Source]  # a source, and the base that it is compared with
 
@@ -110,12 +111,13 @@ class RatioMaps(PaperFigure):
     reading: ClassVar[str] = "White: as many; blue: more; red: fewer."
 
     def _draw(self, results: Results, caption: Caption) -> Figure:
-        figure, panels = panel_grid(len(self.panels), 3.6, 2.0)
+        n_rows = max(map(len, self.panels.values()))
+        figure, panels = panel_grid(len(self.panels), 3.6, max(2.0, 0.25 * n_rows))
         for axes, (title, rows) in zip(panels, self.panels.items(), strict=True):
             columns = list(next(iter(rows.values())))
             _draw_ratios(axes, results, [list(row.values()) for row in rows.values()])
             axes.set_xticks(range(len(columns)), columns)
-            axes.set_yticks(range(len(rows)), list(rows))
+            axes.set_yticks(range(len(rows)), [shortened(row) for row in rows])
             label_panel(axes, title, ("", ""))
         return finish_figure(figure, panels, caption)
 
@@ -132,6 +134,15 @@ def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]
             column, row, text, ha="center", va="center", fontsize=style_in_use().points(TICK),
             color="white" if is_dark else INK,
         )  # fmt: skip
+
+
+def shortened(name: str) -> str:
+    """Return the name of a controller, of which only the end if it is long.
+
+    >>> shortened("network:runs/seed-3/best.safetensors")
+    '...ed-3/best.safetensors'
+    """
+    return name if len(name) <= LONGEST else f"...{name[3 - LONGEST :]}"
 
 
 def mean_trips(results: Results, source: Source) -> float:

@@ -1,6 +1,6 @@
 """Papers: the claims and figures of each, and the experiments that they need."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -10,7 +10,7 @@ from baselines.papers.claim_types import Claim, ClaimResult
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from baselines.papers.experiments import Experiment, Results
 from baselines.papers.figures import PaperFigure
-from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -46,11 +46,17 @@ class Paper:
         return [claim.judge(results) for claim in self.claims]
 
 
-def find_paper(name: str) -> Paper:
-    """Return the paper with a name, `PAPER` of its module; UnknownNameError if there is none."""
+def find_paper(name: str, policies: Sequence[str] = ()) -> Paper:
+    """Return the paper with a name, `PAPER` of its module; UnknownNameError if there is none.
+
+    `policies` take the place of the bundled ones; ConfigError for a paper that compares none.
+    """
     if name not in PAPER_NAMES:
         raise UnknownNameError("paper", name, PAPER_NAMES)
-    paper: Paper = import_module(f"baselines.papers.{name.replace('-', '_')}").PAPER
+    module = import_module(f"baselines.papers.{name.replace('-', '_')}")
+    if policies and not hasattr(module, "paper"):
+        raise ConfigError(f"--policy: {name} compares no policies; leave it out, or use transfer")
+    paper: Paper = module.paper(policies) if policies else module.PAPER
     return paper
 
 

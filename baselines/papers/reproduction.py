@@ -72,11 +72,13 @@ class ReproduceOptions:
     seed: int = 0
     physics: str | None = None  # None: the default of each scenario
     settings: Sequence[str] = ()  # changes of every scenario: `task.duration=600`
+    policies: Sequence[str] = ()  # instead of those of the paper
 
     @property
     def command(self) -> str:
         """Command line that repeats the same episodes."""
-        options = [f"--set={each}" for each in self.settings]
+        options = [f"--policy={each}" for each in self.policies]
+        options += [f"--set={each}" for each in self.settings]
         episodes = ADAPTIVE if self.adaptive else self.replications
         options += [f"--episodes={episodes}", f"--seed={self.seed}"]
         options += [f"--physics={self.physics}"] if self.physics else []
@@ -85,7 +87,8 @@ class ReproduceOptions:
     @property
     def replications(self) -> int:
         """Number of replications of each experiment."""
-        return find_paper(self.paper).replications if self.episodes is None else self.episodes
+        paper = find_paper(self.paper, self.policies)
+        return paper.replications if self.episodes is None else self.episodes
 
 
 def results_of(plan: Plan, experiments: Sequence[Experiment]) -> Results:
@@ -102,7 +105,7 @@ class Reproduction:
         """Check the options and look for saved episodes; no episode runs yet."""
         if options.physics is not None:
             check_physics(options.physics)
-        self.paper = find_paper(options.paper)
+        self.paper = find_paper(options.paper, options.policies)
         self.options, self.command = options, options.command
         self.folder = out or Path("runs") / f"reproduce-{options.paper}"
         self.page = page or self.folder / f"{self.paper.page}.md"

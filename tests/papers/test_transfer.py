@@ -18,8 +18,9 @@ def test_one_world_of_each_axis_of_numbers_is_es1():
 
 
 def test_a_world_may_have_an_engine_and_controllers_numbers_of_their_own():
-    both = experiment(BASE, AXES["engine and payload"]["both"]).configuration("kinematic")
-    assert (both.physics, both.controller.estimator.payload) == ("rigid", "int16")
+    for name in (BASE, f"{BASE}:pause=4"):
+        both = experiment(name, AXES["engine and payload"]["both"]).configuration("kinematic")
+        assert (both.physics, both.controller.estimator.payload) == ("rigid", "int16")
     assert experiment(BASE, WORLDS[0]).configuration("kinematic").physics == "kinematic"
 
 
@@ -48,7 +49,7 @@ def test_the_table_tells_where_a_policy_falls_below(episodes):
         experiment(name, world): episodes(experiment(name, world), counts)
         for (name, world), counts in trips.items()
     }
-    lines = table(results).splitlines()
+    lines = table(results, POLICIES).splitlines()
     assert f"| {policy} | 1 of {len(WORLDS)} | robots: 50 (0.52) |" in lines
     assert f"| {POLICIES[0]} | 0 of {len(WORLDS)} | nowhere |" in lines
     figure = transfer.PAPER.figures[0].draw(results, "a command")
