@@ -118,7 +118,13 @@ class PolicyController(LayeredController):
                 " observes more than its layer does in a tick or runs beside another policy; leave"
                 " out chance=true, or use one that observes its layer alone, without stack"
             )
-        return self.policy.pilot(form)
+        pilot = self.policy.pilot(form)
+        if pilot.n_state and form.config.step_on == "exchange":
+            raise ConfigError(
+                f"policy {self.policy.source}: runs in Python only, because its memory advances at"
+                " exchanges; use one that was trained with step_on='tick' or has no memory"
+            )
+        return pilot
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
         """Return the language of the controller of the other layers."""

@@ -15,6 +15,7 @@ from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, RunningContro
 from swarm_forage_env.observed_fields import write_rows
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import NoiseSource, draw_rows, streams
+from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import RUN, SKIP, START
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
@@ -113,7 +114,11 @@ class RunningForeignPolicy:
         if self._claimed is None:
             self._claimed = self._claim()
         ticks, period = self._world.worlds["ticks"], self._form.config.period
-        due = np.flatnonzero(ticks % period == 0)
+        is_due = ticks % period == 0
+        if self._form.config.step_on == "exchange":
+            exchanges = estimators_of(self.minds)["exchange"]["is_valid"][:, self._robots]
+            is_due = (ticks == 0) | exchanges.any(axis=1)
+        due = np.flatnonzero(is_due)
         if len(due):
             decisions, modes = ticks // period, np.full(self._world.n_worlds, SKIP, np.int8)
             modes[due] = np.where(decisions[due] == 0, START, RUN)

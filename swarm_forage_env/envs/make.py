@@ -72,15 +72,7 @@ def _check_keywords(config: EnvConfig, task: Task) -> None:
         raise ConfigError(f"residual=True: is not available in the task {task.name}; leave it out")
     if config.residual and config.learn not in task.residuals:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
-    if config.step_on == "tick":
-        return
-    if config.learn != "weighting":
-        raise ConfigError(
-            "step_on='exchange': needs learn='weighting'; others also act between exchanges"
-        )
-    if config.decision_period not in (None, 1):
-        raise ConfigError("step_on='exchange': excludes decision_period; leave that out")
-    if not isinstance(config.reward, str):
+    if config.step_on == "exchange" and not isinstance(config.reward, str):
         raise ConfigError("step_on='exchange': needs reward='own' or 'team'")
 
 

@@ -41,6 +41,7 @@ class PolicyForm:
 
         Raises ConfigError or UnknownNameError for keywords that the scenario's task does not have.
         """
+        _check_step_on(config)
         self.scenario = scenario = scenarios[0]
         self.task = task_of(scenario)
         if config.learn not in self.task.policies:
@@ -105,6 +106,17 @@ class PolicyForm:
     def observes(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of each feature of an observation, independent of bounds."""
         return tuple((each.name, BOUND.sub(OF_BOUND, each.unit)) for each in self.layout)
+
+
+def _check_step_on(config: EnvConfig) -> None:
+    if config.step_on == "tick":
+        return
+    if config.learn != "weighting":
+        raise ConfigError(
+            "step_on='exchange': needs learn='weighting'; others also act between exchanges"
+        )
+    if config.decision_period not in (None, 1):
+        raise ConfigError("step_on='exchange': excludes decision_period; leave that out")
 
 
 def check_within(layout: Layout, other: Layout, kind: str) -> None:
