@@ -292,9 +292,10 @@ def form_of(policy: ForeignPolicy, scenario: BaseScenario) -> PolicyForm:
     """Return the form of its observations and actions. ConfigError if the card differs."""
     form = PolicyForm([scenario], policy.config())
     card = policy.card()
-    if card is not None:
-        _check_observes(policy, card, form)
-    return form
+    if card is None:
+        return form
+    _check_observes(policy, card, form)
+    return PolicyForm([scenario], policy.config(), card.sizes)
 
 
 def _check_named(
@@ -334,3 +335,8 @@ def _check_observes(policy: ForeignPolicy, card: PolicyCard, form: PolicyForm) -
                 f"policy {policy.source}: feature {k} of its observations was {old} in training"
                 f" and is {new} here; use the scenario and the keywords of its training"
             )
+    if card.sizes and len(card.sizes) != len(form.observed):
+        raise ConfigError(
+            f"policy {policy.source}: its card has the sizes of {len(card.sizes)} features, not of"
+            f" {len(form.observed)}; write it with the keywords of its training"
+        )

@@ -16,6 +16,7 @@ from swarm_forage_env.envs.observations import (
     added,
     checked_features,
     normalised,
+    resized,
     stacked,
     typical_sizes,
 )
@@ -36,9 +37,12 @@ OF_BOUND = "of its bound, in "
 class PolicyForm:
     """Observation and action of a policy for one robot, under the keywords of an environment."""
 
-    def __init__(self, scenarios: Sequence[BaseScenario], config: EnvConfig) -> None:
+    def __init__(
+        self, scenarios: Sequence[BaseScenario], config: EnvConfig, sizes: Sequence[float] = ()
+    ) -> None:
         """Make the form for the first of these scenarios, with bounds that hold in all of them.
 
+        `sizes` are the typical sizes of the features in another form; empty: those of these bounds.
         Raises ConfigError or UnknownNameError for keywords that the scenario's task does not have.
         """
         _check_step_on(config)
@@ -58,16 +62,18 @@ class PolicyForm:
         longest = max(layouts, key=len)
         self.shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
         """Layout of the observed inputs of the layer."""
+        self.sizes: list[float] = []
+        """Typical size of each feature of a single observation; empty without normalisation."""
         self.additions: list[tuple[Addition, int, Layout]] = []
         """Additions to the observation, each with the index of its first feature and its layout."""
-        self.observed, self.scaling = self._observed()
+        self.observed, self.scaling = self._observed(sizes)
         """Layout and scaling of a single observation, before stacking."""
         self.layout: Layout = stacked(self.observed, config.stack)
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
         self.action_space: Box | Discrete = self.action.space
 
-    def _observed(self) -> tuple[Layout, Scaling]:
+    def _observed(self, sizes: Sequence[float]) -> tuple[Layout, Scaling]:
         has_layer, parts = added(self.config.observation, self.policy)
         target, direction = self.policy.target, -1
         if not has_layer:
@@ -88,6 +94,8 @@ class PolicyForm:
             raise ConfigError(f"observation: features must have different names; repeated: {twice}")
         if not self.config.normalise:
             return layout, (*where, np.zeros(0, np.float32), np.zeros(0, np.bool_))
+        layout = resized(layout, sizes) if sizes else layout
+        self.sizes = [each.size for each in layout]
         return normalised(layout), (*where, *typical_sizes(layout))
 
     def check_bounds(self, scenario: BaseScenario) -> None:

@@ -101,6 +101,7 @@ KEYWORDS = {
     "weighting": {"learn": "weighting"},
     "exchanges": {"learn": "weighting", "step_on": "exchange", "stack": 2,
                   "observation": ["layer", "previous_action"]},
+    "randomised": {"randomise": {"sensors.ground_noise": (0.0, 0.0)}, "decision_period": 5},
     "everything": {"learn": "everything", "decision_period": 5},
 }  # fmt: skip
 
@@ -110,6 +111,8 @@ def test_a_saved_model_does_as_a_controller_what_it_did_in_its_environment(
     name, model, scenario, tmp_path
 ):
     _, env = model(**KEYWORDS[name])
+    drawn = KEYWORDS[name].get("randomise", {})
+    scenario = find_scenario(scenario, {key: low for key, (low, _) in drawn.items()})
     controller = find_controller(f"sb3:{tmp_path / 'model.zip'}")
     trips, tick, poses = stepped(asked(controller, scenario, env.action_space), env, 7)
     again, where = ran(controller, scenario, 7, tick)
@@ -284,9 +287,9 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
         ("sb3:", "which file"),
         ("sb3:text.zip", "must be what .* writes"),
         ("sb3:model.zip,stack=0", "stack='0'"),
+        ("sb3:model.zip,step_on=exchange", "step_on='exchange': needs learn='weighting'"),
         ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
         ("sb3:model.zip,learn=motoin", "did you mean 'motion'"),
-        ("sb3:model.zip,step_on=exchange", "step_on='exchange': needs learn='weighting'"),
         ("sb3:model.zip,normalise=false", "feature 8 .* was situation.ground.left .of its"),
         ("sb3:model.zip,file=model.zip", "given twice"),
         ("sb:model.zip", "must be parameter=value|did you mean 'sb3'"),
