@@ -1,5 +1,6 @@
 """Running policy of another trainer, which acts between `observe` and `decide`."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,7 +20,7 @@ from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import RUN, SKIP, START
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
-from training.policy import ForeignPolicy, Rows, as_array
+from training.policy import OBSERVATION_FILES, ForeignPolicy, Rows, as_array
 
 Streams = UInt64[Array, " robots"]
 
@@ -42,6 +43,9 @@ class PolicyActor:
         started, n = policy.start(form), len(robots)
         self._act, self.n_state = started.act, started.n_state
         self._source, self._chance = policy.source, policy.chance
+        own = (each for each in policy.reads[len(OBSERVATION_FILES) :] if each.is_file())
+        self.files = [hashlib.sha256(each.read_bytes()).hexdigest() for each in own]
+        """Hashes of the files that its actions depend on."""
         if self._chance and not started.has_distribution:
             raise ConfigError(
                 f"policy {self._source}: chance=true: the policy gives actions only, and no"
@@ -149,6 +153,7 @@ class RunningForeignPolicy:
     def snapshot(self) -> dict[str, object]:
         """Copy the state that later ticks depend on."""
         return {
+            "files": self._actor.files,
             "frames": self._observing.snapshot(),
             "held": self._held.copy(),
             "streams": self._streams.copy(),
@@ -158,7 +163,9 @@ class RunningForeignPolicy:
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Restore a snapshot."""
+        """Restore a snapshot; ValueError if it was made under another policy."""
+        if snapshot["files"] != self._actor.files:
+            raise ValueError("a snapshot under another policy")
         self._observing.restore(snapshot["frames"])
         self._held[...] = snapshot["held"]
         self._streams[...] = snapshot["streams"]

@@ -221,7 +221,8 @@ def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
 def test_a_snapshot_under_another_policy_is_refused_and_changes_nothing(model, scenario, tmp_path):
     model(decision_period=5)
     model(file="stacked.zip", stack=2)
-    name, *others = (f"sb3:{tmp_path / file}.zip" for file in ("model", "stacked"))
+    model(A2C, file="alike.zip", decision_period=5)
+    name, *others = (f"sb3:{tmp_path / file}.zip" for file in ("model", "stacked", "alike"))
     loop, twin = (Loop(scenario, find_controller(name), [1], "kinematic") for _ in range(2))
     loop.run(20)
     twin.run(20)
