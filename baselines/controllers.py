@@ -100,4 +100,4 @@ def compose(name: str, layers: Sequence[str]) -> LayeredController:
     return LayeredController("+".join(layers), *parts)
 
 
-CONTROLLERS.compose_by(compose)
+CONTROLLERS.compose_by(compose, (ESTIMATORS, WEIGHTING_RULES, MOTIONS))

@@ -9,7 +9,14 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, is_privileged
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS, left_out
+from swarm_forage_env.registry import (
+    CONTROLLERS,
+    JOINT,
+    POLICIES,
+    REFERENCES,
+    SCENARIOS,
+    left_out,
+)
 from swarm_forage_env.task import task_of
 
 OneController = str | Controller
@@ -108,7 +115,11 @@ def _named(name: str, references: bool) -> Controller:
         if name in SCENARIOS:
             raise ConfigError(f"no controller named {name!r}: it is a scenario; only one is run")
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
-        raise UnknownNameError("controller", name, known, left_out())
+        layers, note = CONTROLLERS.elements, left_out()
+        if any(name in each for each in layers):
+            kinds = JOINT.join(each.kind for each in layers)
+            note = f"it is a layer, and three make a controller: {kinds}"
+        raise UnknownNameError("controller", name, known, note)
     controller: Controller = registry[name]
     return controller
 

@@ -42,6 +42,8 @@ class Registry(Generic[PartT]):
         self._abouts: dict[str, str] = {}
         self._new_names: dict[str, str] = {}
         self._compose: Callable[[str, Sequence[str]], PartT] | None = None
+        self.elements: Sequence[Registry[Any]] = ()
+        """Registries of the elements of a composition, in the order of its name."""
 
     def register(self, name: str, about: str = "") -> Callable[[PartT], PartT]:
         """Return a decorator that registers a part; ValueError if its name is taken.
@@ -62,9 +64,11 @@ class Registry(Generic[PartT]):
         """Keep an old name for a part; its use gives a RenamedWarning with the new name."""
         self._new_names[old] = new
 
-    def compose_by(self, make: Callable[[str, Sequence[str]], PartT]) -> None:
+    def compose_by(
+        self, make: Callable[[str, Sequence[str]], PartT], elements: Sequence["Registry[Any]"]
+    ) -> None:
         """Set the function that makes a part from a name such as `a+b+c` and from its elements."""
-        self._compose = make
+        self._compose, self.elements = make, elements
 
     def __getitem__(self, name: str) -> PartT:
         if not isinstance(name, str):

@@ -45,6 +45,11 @@ class Feature:
         """Largest absolute value within the bounds."""
         return max(abs(self.low), abs(self.high))
 
+    @property
+    def size(self) -> float:
+        """Typical size: the scale, or the bound of a feature without one."""
+        return float(self.bound if self.scale is None else self.scale)
+
 
 class Layout(tuple[Feature, ...]):
     """Features of a flat Box, in order; `print` shows them as a table."""

@@ -18,7 +18,7 @@ from swarm_forage_env.envs.keywords import EnvOptions
 from swarm_forage_env.envs.make import EnvParts, checked_parts, made_with
 from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Parameters
+from swarm_forage_env.parameters import Parameters, Positive
 from swarm_forage_env.scenarios import ScenarioSource
 from training.foreign_file import LARGEST_CARD, read_file, reason
 from training.policy_file import TrainingRecord, write_card
@@ -47,6 +47,9 @@ class PolicyCard(Parameters):
     keywords: CardKeywords
     observes: tuple[tuple[Word, Word], ...]
     """Name and unit of each feature of the observation."""
+    sizes: tuple[Positive, ...] = ()
+    """Typical size of each feature of a single observation, by which a training with `randomise`
+    normalised it; empty: those of the scenario in which the policy runs."""
     training: TrainingRecord | None = None
     """Record of the training by `swarm-forage train`."""
 

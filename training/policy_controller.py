@@ -118,7 +118,13 @@ class PolicyController(LayeredController):
                 " observes more than its layer does in a tick or runs beside another policy; leave"
                 " out chance=true, or use one that observes its layer alone, without stack"
             )
-        return self.policy.pilot(form)
+        pilot = self.policy.pilot(form)
+        if pilot.n_state and form.config.step_on == "exchange":
+            raise ConfigError(
+                f"policy {self.policy.source}: runs in Python only, because its memory advances at"
+                " exchanges; use one that was trained with step_on='tick' or has no memory"
+            )
+        return pilot
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
         """Return the language of the controller of the other layers."""
@@ -286,9 +292,10 @@ def form_of(policy: ForeignPolicy, scenario: BaseScenario) -> PolicyForm:
     """Return the form of its observations and actions. ConfigError if the card differs."""
     form = PolicyForm([scenario], policy.config())
     card = policy.card()
-    if card is not None:
-        _check_observes(policy, card, form)
-    return form
+    if card is None:
+        return form
+    _check_observes(policy, card, form)
+    return PolicyForm([scenario], policy.config(), card.sizes)
 
 
 def _check_named(
@@ -328,3 +335,8 @@ def _check_observes(policy: ForeignPolicy, card: PolicyCard, form: PolicyForm) -
                 f"policy {policy.source}: feature {k} of its observations was {old} in training"
                 f" and is {new} here; use the scenario and the keywords of its training"
             )
+    if card.sizes and len(card.sizes) != len(form.observed):
+        raise ConfigError(
+            f"policy {policy.source}: its card has the sizes of {len(card.sizes)} features, not of"
+            f" {len(form.observed)}; write it with the keywords of its training"
+        )

@@ -1,5 +1,6 @@
 """Running policy of another trainer, which acts between `observe` and `decide`."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,10 +16,11 @@ from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, RunningContro
 from swarm_forage_env.observed_fields import write_rows
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import NoiseSource, draw_rows, streams
+from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import RUN, SKIP, START
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
-from training.policy import ForeignPolicy, Rows, as_array
+from training.policy import OBSERVATION_FILES, ForeignPolicy, Rows, as_array
 
 Streams = UInt64[Array, " robots"]
 
@@ -41,6 +43,9 @@ class PolicyActor:
         started, n = policy.start(form), len(robots)
         self._act, self.n_state = started.act, started.n_state
         self._source, self._chance = policy.source, policy.chance
+        own = (each for each in policy.reads[len(OBSERVATION_FILES) :] if each.is_file())
+        self.files = [hashlib.sha256(each.read_bytes()).hexdigest() for each in own]
+        """Hashes of the files that its actions depend on."""
         if self._chance and not started.has_distribution:
             raise ConfigError(
                 f"policy {self._source}: chance=true: the policy gives actions only, and no"
@@ -113,7 +118,11 @@ class RunningForeignPolicy:
         if self._claimed is None:
             self._claimed = self._claim()
         ticks, period = self._world.worlds["ticks"], self._form.config.period
-        due = np.flatnonzero(ticks % period == 0)
+        is_due = ticks % period == 0
+        if self._form.config.step_on == "exchange":
+            exchanges = estimators_of(self.minds)["exchange"]["is_valid"][:, self._robots]
+            is_due = (ticks == 0) | exchanges.any(axis=1)
+        due = np.flatnonzero(is_due)
         if len(due):
             decisions, modes = ticks // period, np.full(self._world.n_worlds, SKIP, np.int8)
             modes[due] = np.where(decisions[due] == 0, START, RUN)
@@ -144,6 +153,7 @@ class RunningForeignPolicy:
     def snapshot(self) -> dict[str, object]:
         """Copy the state that later ticks depend on."""
         return {
+            "files": self._actor.files,
             "frames": self._observing.snapshot(),
             "held": self._held.copy(),
             "streams": self._streams.copy(),
@@ -153,7 +163,9 @@ class RunningForeignPolicy:
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Restore a snapshot."""
+        """Restore a snapshot; ValueError if it was made under another policy."""
+        if snapshot["files"] != self._actor.files:
+            raise ValueError("a snapshot under another policy")
         self._observing.restore(snapshot["frames"])
         self._held[...] = snapshot["held"]
         self._streams[...] = snapshot["streams"]

@@ -207,10 +207,9 @@ class TensorVecEnv:
 
 
 def _form_of(block: ArrayEnv) -> dict[str, object]:
-    """Return what a policy fits: its keywords, observed features, device, and what ends a step."""
-    own = {"step_on": block.config.step_on, "device": block.device}
-    features = [*block.observation_layout.names]
-    return {**json.loads(block.card)["keywords"], "features": features, **own}
+    """Return what a policy fits: its keywords, observed features and device."""
+    own = {"features": [*block.observation_layout.names], "device": block.device}
+    return {**json.loads(block.card)["keywords"], **own}
 
 
 def _rows(observations: Sequence[object]) -> Tensor:

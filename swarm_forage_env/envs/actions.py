@@ -227,7 +227,7 @@ class Actions:
         if self.form.is_discrete:
             return self._complaint_about_choice(action)
         try:
-            array = np.asarray(action, dtype=np.float64)
+            array = np.asarray(action).astype(np.float64, casting="same_kind")
         except (OverflowError, RuntimeError, TypeError, ValueError) as error:
             return f"{shown(action)}: must be finite numbers, {wanted}; {error}"
         if array.shape != self._shape[1:]:

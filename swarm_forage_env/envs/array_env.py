@@ -26,7 +26,6 @@ from swarm_forage_env.envs.whole_decision import WholeDecision
 from swarm_forage_env.errors import ConfigError, checked_count
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.randomise import Randomisation
 from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
@@ -123,9 +122,6 @@ class ArrayEnv:
         self.config, self.task, self._is_staggered = config, form.task, stagger
         if device == "cuda":
             _check_on_gpu(config, form)
-        randomisation = Randomisation(form.scenario, config.randomise)
-        if randomisation.ranges:
-            form = PolicyForm(randomisation.extremes, config)
         self.policy, self.max_cycles, self.agents = form.policy, form.max_cycles, form.agents
         self._controller_name = name_and_changes(parts.controller)
         made_of = parts.controller, range(self.n_worlds), config.physics, config.threads
@@ -140,9 +136,9 @@ class ArrayEnv:
         copied = slice(None if device == "cpu" else 1)  # on a GPU, all worlds copy the first
         form.mark_replaced_layers(self.world.robots["action"][copied], masks)
         self._worlds: Worlds = placed(self.loop, device)
-        self.episodes = Episodes(self._worlds, randomisation, self._check_scenario)
+        self.episodes = Episodes(self._worlds, parts.randomisation, self._check_scenario)
         self._prepare(form)
-        self._describe_state(randomisation.extremes)
+        self._describe_state(parts.randomisation.extremes)
         self.card = made_with(form, parts.controller)
         setattr(self.observation_space, ON_SPACE, self.card)
 

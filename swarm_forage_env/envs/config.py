@@ -74,6 +74,11 @@ class PolicyKeywords(Parameters):
         description="Time for which an action is held and its rewards are summed [ticks]; None:"
         " 10 for `motion`, 5 for `everything`, else 1",
     )
+    step_on: Literal["tick", "exchange"] = Field(
+        "tick",
+        description="Event that ends a step: `tick`, the end of a decision period; `exchange`,"
+        " for `weighting`, an exchange of a learner",
+    )
 
     @field_validator("discrete", mode="wrap")
     @classmethod
@@ -106,11 +111,6 @@ class EnvConfig(PolicyKeywords):
     )
     discount: Share = Field(
         0.99, description="Discount of the learner for a step, which the shaping needs"
-    )
-    step_on: Literal["tick", "exchange"] = Field(
-        "tick",
-        description="Event that ends a step: `tick`, the end of a decision period; `exchange`,"
-        " for `weighting`, an exchange of a learner",
     )
     randomise: Mapping[str, object] = Field(
         default_factory=dict,

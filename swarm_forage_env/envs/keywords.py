@@ -43,6 +43,7 @@ class PolicyOptions(TypedDict, total=False):
     normalise: bool
     stack: int
     decision_period: int | None
+    step_on: Literal["tick", "exchange"]
 
 
 class OtherOptions(PolicyOptions, total=False):
@@ -52,7 +53,6 @@ class OtherOptions(PolicyOptions, total=False):
     reward: Reward
     shaping: float
     discount: float
-    step_on: Literal["tick", "exchange"]
     randomise: Mapping[str, Sequence[float]]
     physics: Physics | None
     threads: int

@@ -18,6 +18,7 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import Controller, has_talk
 from swarm_forage_env.mixed import MixedController, members_of
 from swarm_forage_env.parameters import BaseScenario, leaves, override, resolve, validated
+from swarm_forage_env.randomise import Randomisation
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import ScenarioSource, find_scenario
 from swarm_forage_env.task import Task, task_of
@@ -30,6 +31,7 @@ class EnvParts:
     form: PolicyForm
     """Scenario, keywords, and the observation and action of a policy."""
     controller: Controller
+    randomisation: Randomisation
 
 
 def checked_parts(
@@ -46,7 +48,8 @@ def checked_parts(
     chosen = _overridden(scenario, overrides)
     controllers = find_controllers(controller, chosen)
     _check_keywords(config, task_of(chosen))
-    form = PolicyForm([chosen], config)
+    randomisation = Randomisation(chosen, config.randomise)
+    form = PolicyForm(randomisation.extremes, config)
     most, why = 0.0, f"the task {form.task.name} has no potential"
     if form.task.potential is not None:
         most, why = form.task.potential.max_shaping(chosen)
@@ -61,7 +64,7 @@ def checked_parts(
     if config.learn == "weighting" and not has_talk(controllers):
         why = "its robots exchange nothing that could be weighted; choose one whose robots do"
         _refuse(controllers, why)
-    return EnvParts(form, controllers)
+    return EnvParts(form, controllers, randomisation)
 
 
 def _check_keywords(config: EnvConfig, task: Task) -> None:
@@ -72,15 +75,7 @@ def _check_keywords(config: EnvConfig, task: Task) -> None:
         raise ConfigError(f"residual=True: is not available in the task {task.name}; leave it out")
     if config.residual and config.learn not in task.residuals:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
-    if config.step_on == "tick":
-        return
-    if config.learn != "weighting":
-        raise ConfigError(
-            "step_on='exchange': needs learn='weighting'; others also act between exchanges"
-        )
-    if config.decision_period not in (None, 1):
-        raise ConfigError("step_on='exchange': excludes decision_period; leave that out")
-    if not isinstance(config.reward, str):
+    if config.step_on == "exchange" and not isinstance(config.reward, str):
         raise ConfigError("step_on='exchange': needs reward='own' or 'team'")
 
 
@@ -164,6 +159,7 @@ def made_with(form: PolicyForm, controller: Controller) -> str:
         "controller": name_and_changes(controller),
         "keywords": keywords,
         "observes": form.observes,
+        "sizes": form.sizes if form.config.randomise else [],
     }
     return json.dumps(record)
 

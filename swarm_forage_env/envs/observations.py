@@ -14,6 +14,7 @@ records of a block of worlds:
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -98,8 +99,18 @@ def typical_sizes(layout: Layout) -> tuple[Float32[Array, " numbers"], Bool[Arra
                 f"observation {each.name}: bounds of {each.low:g} to {each.high:g} give no"
                 " typical size; give the feature a scale, or use normalise=False"
             )
-    sizes = [each.bound if each.scale is None else each.scale for each in layout]
-    return np.array(sizes, np.float32), np.array([each.scale is not None for each in layout])
+    is_squashed = np.array([each.scale is not None for each in layout])
+    return np.array([each.size for each in layout], np.float32), is_squashed
+
+
+def resized(layout: Layout, sizes: Sequence[float]) -> Layout:
+    """Return the layout of the same features with other typical sizes."""
+    return Layout(
+        replace(each, low=-size if each.low < 0.0 else 0.0, high=size)
+        if each.scale is None
+        else replace(each, scale=size)
+        for each, size in zip(layout, sizes, strict=True)
+    )
 
 
 @entry_point

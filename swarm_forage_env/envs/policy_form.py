@@ -16,6 +16,7 @@ from swarm_forage_env.envs.observations import (
     added,
     checked_features,
     normalised,
+    resized,
     stacked,
     typical_sizes,
 )
@@ -36,11 +37,15 @@ OF_BOUND = "of its bound, in "
 class PolicyForm:
     """Observation and action of a policy for one robot, under the keywords of an environment."""
 
-    def __init__(self, scenarios: Sequence[BaseScenario], config: EnvConfig) -> None:
+    def __init__(
+        self, scenarios: Sequence[BaseScenario], config: EnvConfig, sizes: Sequence[float] = ()
+    ) -> None:
         """Make the form for the first of these scenarios, with bounds that hold in all of them.
 
+        `sizes` are the typical sizes of the features in another form; empty: those of these bounds.
         Raises ConfigError or UnknownNameError for keywords that the scenario's task does not have.
         """
+        _check_step_on(config)
         self.scenario = scenario = scenarios[0]
         self.task = task_of(scenario)
         if config.learn not in self.task.policies:
@@ -57,16 +62,18 @@ class PolicyForm:
         longest = max(layouts, key=len)
         self.shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
         """Layout of the observed inputs of the layer."""
+        self.sizes: list[float] = []
+        """Typical size of each feature of a single observation; empty without normalisation."""
         self.additions: list[tuple[Addition, int, Layout]] = []
         """Additions to the observation, each with the index of its first feature and its layout."""
-        self.observed, self.scaling = self._observed()
+        self.observed, self.scaling = self._observed(sizes)
         """Layout and scaling of a single observation, before stacking."""
         self.layout: Layout = stacked(self.observed, config.stack)
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
         self.action_space: Box | Discrete = self.action.space
 
-    def _observed(self) -> tuple[Layout, Scaling]:
+    def _observed(self, sizes: Sequence[float]) -> tuple[Layout, Scaling]:
         has_layer, parts = added(self.config.observation, self.policy)
         target, direction = self.policy.target, -1
         if not has_layer:
@@ -87,6 +94,8 @@ class PolicyForm:
             raise ConfigError(f"observation: features must have different names; repeated: {twice}")
         if not self.config.normalise:
             return layout, (*where, np.zeros(0, np.float32), np.zeros(0, np.bool_))
+        layout = resized(layout, sizes) if sizes else layout
+        self.sizes = [each.size for each in layout]
         return normalised(layout), (*where, *typical_sizes(layout))
 
     def check_bounds(self, scenario: BaseScenario) -> None:
@@ -105,6 +114,17 @@ class PolicyForm:
     def observes(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of each feature of an observation, independent of bounds."""
         return tuple((each.name, BOUND.sub(OF_BOUND, each.unit)) for each in self.layout)
+
+
+def _check_step_on(config: EnvConfig) -> None:
+    if config.step_on == "tick":
+        return
+    if config.learn != "weighting":
+        raise ConfigError(
+            "step_on='exchange': needs learn='weighting'; others also act between exchanges"
+        )
+    if config.decision_period not in (None, 1):
+        raise ConfigError("step_on='exchange': excludes decision_period; leave that out")
 
 
 def check_within(layout: Layout, other: Layout, kind: str) -> None:

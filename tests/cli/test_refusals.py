@@ -27,6 +27,7 @@ REFUSED = [
     (("evaluate", "missing.toml", "nc"), "scenario file missing.toml: No such file or directory"),
     (("evaluate", "mine.yaml", "nc"), "scenario file mine.yaml: must be TOML, under a name that"),
     (("evaluate", "plain.toml", "nc"), 'has no base; write base = "es1" at its top'),
+    (("evaluate", "es1", "boids"), "'boids-goal'?; it is a layer, and three make a controller: e"),
     (("evaluate", "es1", "ssgif"), "named 'ssgif', did you mean 'ssgiff' or 'ssgikf'?"),
     (("evaluate", "es1", "nc", "nc"), "controllers 'nc' and 'nc' are the same"),
     (

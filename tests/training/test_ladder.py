@@ -101,6 +101,10 @@ def test_scores_are_written_below_what_is_written_by_hand(rung):
         assert rung.file.read_text().startswith(before)
         assert read_rungs(rung.file.parent)["tiny"].card.scores == scores
     assert read_rungs(rung.file.parent)["tiny"].keywords == TINY
+    rung.file.write_text(before.replace("discount: 0.9\n", ""))
+    write_scores(rung, SCORES)
+    with pytest.raises(ConfigError, match=r"tiny\.yaml: has no discount; add .*discount: 0"):
+        read_rungs(rung.file.parent)
 
 
 def test_references_are_scored_in_the_test_worlds(rung, tmp_path):

@@ -137,6 +137,7 @@ def write_card_of(folder, **changes):
         ({"keywords": {"learn": "motion\x1b[2J"}}, "no layer to learn named 'motion.x1b"),
         ({"keywords": {"sharpest_turn": float("nan")}}, "card .*: keywords.sharpest_turn: Input"),
         ({"scenario": "es1\nall is well"}, "card .*: scenario: String should match"),
+        ({"sizes": [1.0]}, "its card has the sizes of 1 features, not of 45; write it"),
         ({"controller": "sb3:m.zip"}, "'sb3:m.zip': must be of hand-written layers"),
         ({"controller": "callable:intrusion:Own"}, "must be of hand-written layers"),
         ({"controller": "learned-weighting:policy=x.safetensors"}, "must be of hand-written lay"),

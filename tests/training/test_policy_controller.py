@@ -67,14 +67,15 @@ def asked(controller, scenario, space):
 
 
 def stepped(predict, env, seed):
-    """Round trips of an episode of the environment, by the deterministic policy; the last poses."""
+    """Round trips of an episode, by the deterministic policy; when its last step began, and where
+    the robots were then."""
     env.reset()
     (observed,), _ = env.env.reset(seed=seed)
     done = np.array([False])
     while not done.any():
-        poses = env.env.world.robots["pose"].copy()
+        tick, poses = env.env.world.worlds["ticks"][0], env.env.world.robots["pose"].copy()
         observed, _, done, infos = env.step(predict(observed))
-    return [info["round_trips"] for info in infos], poses
+    return [info["round_trips"] for info in infos], tick, poses
 
 
 def ran(controller, scenario, seed, ticks):
@@ -98,8 +99,11 @@ KEYWORDS = {
     "corrections": {"residual": True, "controller": "ssgiff", "decision_period": 5},
     "both": {"learn": "both"},
     "weighting": {"learn": "weighting"},
+    "exchanges": {"learn": "weighting", "step_on": "exchange", "stack": 2,
+                  "observation": ["layer", "previous_action"]},
+    "randomised": {"randomise": {"sensors.ground_noise": (0.0, 0.0)}, "decision_period": 5},
     "everything": {"learn": "everything", "decision_period": 5},
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", KEYWORDS)
@@ -107,10 +111,11 @@ def test_a_saved_model_does_as_a_controller_what_it_did_in_its_environment(
     name, model, scenario, tmp_path
 ):
     _, env = model(**KEYWORDS[name])
-    period = env.env.config.decision_period
+    drawn = KEYWORDS[name].get("randomise", {})
+    scenario = find_scenario(scenario, {key: low for key, (low, _) in drawn.items()})
     controller = find_controller(f"sb3:{tmp_path / 'model.zip'}")
-    trips, poses = stepped(asked(controller, scenario, env.action_space), env, 7)
-    again, where = ran(controller, scenario, 7, (env.max_cycles - 1) * period)
+    trips, tick, poses = stepped(asked(controller, scenario, env.action_space), env, 7)
+    again, where = ran(controller, scenario, 7, tick)
     assert_array_equal(where, poses[0][None])
     assert again == trips
 
@@ -130,9 +135,8 @@ def test_policies_of_two_layers_run_together(first, model, scenario, tmp_path):
     assert find_controller("sb3").with_parameters(stored) == joined
     with pytest.raises(UnknownNameError, match="no kind of policy named 'SB4Policy'"):
         joined.with_parameters({**stored, "beside": "SB4Policy"})
-    trips, poses = stepped(asked(joined, scenario, env.action_space), env, 7)
+    trips, ticks, poses = stepped(asked(joined, scenario, env.action_space), env, 7)
     model(learn=second, file=f"{second}.zip", **forms[second])  # the same network
-    ticks = (env.max_cycles - 1) * env.env.config.decision_period
     for each in (joined, find_controller(f"{one},controller={other}")):
         again, where = ran(each, scenario, 7, ticks)
         assert_array_equal(where, poses[0][None])
@@ -217,7 +221,8 @@ def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
 def test_a_snapshot_under_another_policy_is_refused_and_changes_nothing(model, scenario, tmp_path):
     model(decision_period=5)
     model(file="stacked.zip", stack=2)
-    name, *others = (f"sb3:{tmp_path / file}.zip" for file in ("model", "stacked"))
+    model(A2C, file="alike.zip", decision_period=5)
+    name, *others = (f"sb3:{tmp_path / file}.zip" for file in ("model", "stacked", "alike"))
     loop, twin = (Loop(scenario, find_controller(name), [1], "kinematic") for _ in range(2))
     loop.run(20)
     twin.run(20)
@@ -283,6 +288,7 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
         ("sb3:", "which file"),
         ("sb3:text.zip", "must be what .* writes"),
         ("sb3:model.zip,stack=0", "stack='0'"),
+        ("sb3:model.zip,step_on=exchange", "step_on='exchange': needs learn='weighting'"),
         ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
         ("sb3:model.zip,learn=motoin", "did you mean 'motion'"),
         ("sb3:model.zip,normalise=false", "feature 8 .* was situation.ground.left .of its"),

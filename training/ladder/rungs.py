@@ -19,6 +19,9 @@ FOLDER = Path(__file__).parents[1] / "benchmarl_tasks" / "conf" / "task" / "swar
 Keywords = Mapping[str, Any]
 """Keywords of `parallel_env`."""
 
+NEEDED = {"scenario": "es1", "learn": "motion", "discount": 0.99}
+"""Keywords that the file of a rung must have, each with an example."""
+
 ALGORITHMS = Path(__file__).parent / "algorithms"
 
 DEFAULTS = (
@@ -114,12 +117,18 @@ class Rung:
 
 @cache
 def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
-    """Read the rungs of a folder by name, the easiest first, without files that have no card."""
+    """Read the rungs of a folder by name, the easiest first, without files that have no card.
+
+    ConfigError for a file whose keywords or card do not do.
+    """
     rungs = []
     for file in folder.glob("*.yaml"):
         keywords = yaml.safe_load(file.read_text(encoding="utf-8"))
         card = keywords.pop("card", None)
         if card is not None:
+            for name, example in NEEDED.items():
+                if name not in keywords:
+                    raise ConfigError(f"{file}: has no {name}; add it, as in {name}: {example}")
             rungs.append(Rung(file.stem, file, keywords, validated(Card, card, str(file))))
     return {rung.name: rung for rung in sorted(rungs, key=lambda each: each.card.rung)}
 

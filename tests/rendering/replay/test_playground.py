@@ -187,6 +187,7 @@ AHEAD = "import numpy as np\ndef ahead(seen): return np.zeros((len(seen), 2), np
         ("waypoints-05", ["boids-adaptive"], "foraging scenarios only, such as es1; watch --html"),
         ("es1", ["nc", "ssgikf", "ssgiff"], "3 controllers: a page shows at most 2"),
         ("es1", ["{motion},chance=true"], "runs in Python only, because it is stochastic"),
+        ("es1", ["{weighting},step_on=exchange"], "because its memory advances at exchanges"),
         ("es1", ["{everything}"], "a page draws the beliefs of robots"),
         ("es1", ["callable:my_policy:ahead"], "runs in Python only; networks that swarm-forage"),
     ],
@@ -195,7 +196,7 @@ def test_what_a_page_cannot_run_is_refused(scenario, controllers, refusal, tmp_p
     (tmp_path / "my_policy.py").write_text(AHEAD)
     monkeypatch.syspath_prepend(tmp_path)
     names = {}
-    for learn, n_state in (("motion", 8), ("everything", 0)):
+    for learn, n_state in (("motion", 8), ("weighting", 8), ("everything", 0)):
         (tmp_path / learn).mkdir()
         names[learn] = any_network(tmp_path / learn, n_state, learn)
     asked = [controller.format(**names) for controller in controllers]
