@@ -136,6 +136,9 @@ def _admitted(controller: Controller, references: bool) -> Controller:
 PARAMETER = re.compile(r"\s*[A-Za-z_][\w.]*\s*=")
 """Pattern of the beginning of `parameter=value`."""
 
+LIST = re.compile(PARAMETER.pattern + r"\s*\[")
+"""Pattern of the beginning of a parameter whose value is a list in JSON."""
+
 
 def parse_controller(
     text: str,
@@ -153,6 +156,8 @@ def parse_controller(
     ('ssgiff', {'beta': '0.01', 'refractory': '10'})
     >>> parse_controller("sb3:model.zip,stack=2", first="file")
     ('sb3', {'file': 'model.zip', 'stack': '2'})
+    >>> parse_controller("es1:arena.corners=[[0, 0], [1, 0]],tick=0.1")
+    ('es1', {'arena.corners': '[[0, 0], [1, 0]]', 'tick': '0.1'})
     >>> parse_controller("sb3:runs/lr=0.1,b/m.zip,stack=2", first="file")
     ('sb3', {'file': 'runs/lr=0.1,b/m.zip', 'stack': '2'})
     """
@@ -173,9 +178,14 @@ def parse_controller(
 
 
 def _items(rest: str, first: str | None) -> list[str]:
-    """Split at commas, except for those in the path of a file, and in that of `first`."""
+    """Split at commas, except for those in lists, in the path of a file, and in that of `first`."""
     items: list[str] = []
-    parts = rest.split(",")
+    parts: list[str] = []
+    for part in rest.split(","):
+        if parts and LIST.match(parts[-1]) and parts[-1].count("[") > parts[-1].count("]"):
+            parts[-1] += f",{part}"
+        else:
+            parts.append(part)
     while parts:
         for n in range(len(parts), 0, -1):
             text = ",".join(parts[:n]).strip()
