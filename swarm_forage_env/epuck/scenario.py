@@ -63,7 +63,20 @@ class EpuckScenario(BaseScenario):
             clear = self.task.start_radius + self.robot.radius
             self._check_clear("the start circle", (0.0, 0.0), clear)
         self.faults.check_robots(self.task.n_robots)
+        self.check_areas()
         return self
+
+    def check_areas(self) -> None:
+        """Raise ValueError for areas outside the arena, on each other, or on an obstacle."""
+        radius, half = self.area_radius, 0.5 * np.array([self.arena.length, self.arena.width])
+        remedy = "change the parameters of task that place it"
+        for number, centre in enumerate(self.areas):
+            where = f"the area about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
+            if (np.abs(centre) + radius > half + ROUNDING).any():
+                raise ValueError(f"{where} lies outside the arena; {remedy}")
+            if (np.hypot(*(self.areas[:number] - centre).T) < 2.0 * radius - ROUNDING).any():
+                raise ValueError(f"{where} overlaps another one; {remedy}")
+            self._check_clear("the area", (float(centre[0]), float(centre[1])), radius)
 
     def _check_start(self) -> None:
         """Raise ValueError if robots would start outside the arena or too close to each other."""
@@ -140,7 +153,11 @@ class EpuckScenario(BaseScenario):
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:
-        """Centres of the areas at the start, world frame [m]; none unless a task defines them."""
+        """Centres of the areas at the start, world frame [m]; none unless a task defines them.
+
+        They lie inside the arena and apart from each other, unless the task has another
+        `check_areas`.
+        """
         return np.zeros((0, 2))
 
     @property
