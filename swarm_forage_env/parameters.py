@@ -138,9 +138,12 @@ def override(part: PartT, values: Mapping[str, object], kind: str = "parameter")
     if not values:
         return part
     tree = part.model_dump()
-    paths = leaves(tree)
+    paths, names = leaves(tree), dict[str, str]()
     for name, value in values.items():
-        *branches, leaf = resolve(name, paths, kind).split(".")
+        path = resolve(name, paths, kind)
+        if names.setdefault(path, name) != name:
+            raise ConfigError(f"{path}: is given twice, as '{names[path]}' and as '{name}'")
+        *branches, leaf = path.split(".")
         node = tree
         for branch in branches:
             node = node[branch]
@@ -160,8 +163,12 @@ def leaves(tree: Mapping[str, object], prefix: str = "") -> dict[str, Any]:
 
 
 def numbers_named(part: Parameters, names: Collection[str]) -> dict[str, Any]:
-    """Return the fields of a part whose last word is one of these names, by that word."""
-    words = {path.rpartition(".")[2]: value for path, value in leaves(part.model_dump()).items()}
+    """Return the fields of a part whose last word is one of these names, by that word.
+
+    Of several such fields it is the first, so that a task may have a `radius` beside the robot's.
+    """
+    tree = reversed(leaves(part.model_dump()).items())
+    words = {path.rpartition(".")[2]: value for path, value in tree}
     return {name: words[name] for name in names if name in words}
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.errors import ConfigError
 
 RecordType = np.dtype[np.void]
 """The dtype of records."""
@@ -83,10 +84,18 @@ class Record:
     """Base class of records: subclasses declare their fields as `name: type = field(...)`."""
 
     fields: ClassVar[Mapping[str, Field]] = {}
-    """All fields by name, in memory order: those of base classes last."""
+    """All fields by name, in memory order: those of base classes last. A subclass may replace a
+    nested record by one that extends it, and no other field."""
 
     def __init_subclass__(cls) -> None:
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+        for name in own.keys() & cls.fields.keys():
+            kind = cls.fields[name].kind
+            if not (isinstance(kind, type) and issubclass(kind, Record)):
+                raise ConfigError(
+                    f"{cls.__name__}.{name}: a record that it extends has a field of this name,"
+                    " which other functions use; choose another name"
+                )
         cls.fields = {**own, **{name: each for name, each in cls.fields.items() if name not in own}}
 
     @classmethod
