@@ -168,10 +168,10 @@ def _the_one(dtype: RecordType) -> RecordType:
 def numbers_record(**numbers: ArrayLike) -> RecordType:
     """Return the dtype of a record of parameters: float64, each in the shape of its value.
 
-    Due to its last column `end`, no such record begins with all the columns of another.
+    Due to its last column `_end`, no such record begins with all the columns of another.
     """
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return _the_one(np.dtype([*columns, ("end", np.int8)], align=True))
+    return _the_one(np.dtype([*columns, ("_end", np.int8)], align=True))
 
 
 def one_record(numbers: Mapping[str, ArrayLike]) -> Array:

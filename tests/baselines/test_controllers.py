@@ -156,8 +156,9 @@ def test_social_odometry_reads_its_times_in_ticks_and_its_lengths_from_the_scena
 
 def test_an_exchange_takes_a_tick_at_least_and_zero_means_that_all_is_told():
     scenario = find_scenario("es1", {"exchange_time": 0.01})
-    numbers = SocialOdometryParameters().numbers(scenario)
+    numbers = SocialOdometryParameters(pause=1e12).numbers(scenario)
     assert numbers["talk_ticks"] == 1
+    assert numbers["pause_ticks"] == 10**9  # the longest episode, counted in 32 bits
     assert numbers["tells_within"] == math.inf
 
 
