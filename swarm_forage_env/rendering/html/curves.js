@@ -32,12 +32,17 @@ const curves = {
     if (swarms.length > 1) this.key(panels[0][2][0] - 9);
   },
 
-  /* Which curve is of which controller, from the right end. */
+  /* Which curve is of which controller, from the right end; a long name is cut, beside that of the panel. */
   key(y) {
+    const room = (this.width - this.left - this.right - 100) / swarms.length - 38;
     let x = this.width - this.right;
     for (const [which, { controller, colour }] of [...swarms.entries()].reverse()) {
-      this.text(controller, x, y, "right");
-      x -= this.context.measureText(controller).width + 6;
+      let name = controller;
+      for (let n = name.length; this.context.measureText(name).width > room && n > 0; n--) {
+        name = `${controller.slice(0, n - 1)}…`;
+      }
+      this.text(name, x, y, "right");
+      x -= this.context.measureText(name).width + 6;
       this.context.beginPath();
       this.context.moveTo(x - 18, y);
       this.context.lineTo(x, y);
