@@ -34,6 +34,7 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1)]
 
 PartT = TypeVar("PartT", bound="Parameters")
+ValueT = TypeVar("ValueT")
 
 
 MIN_TICK = 1e-3
@@ -138,11 +139,7 @@ def override(part: PartT, values: Mapping[str, object], kind: str = "parameter")
     if not values:
         return part
     tree = part.model_dump()
-    paths, names = leaves(tree), dict[str, str]()
-    for name, value in values.items():
-        path = resolve(name, paths, kind)
-        if names.setdefault(path, name) != name:
-            raise ConfigError(f"{path}: is given twice, as '{names[path]}' and as '{name}'")
+    for path, value in with_full_names(values, leaves(tree), kind).items():
         *branches, leaf = path.split(".")
         node = tree
         for branch in branches:
@@ -182,6 +179,19 @@ def resolve(name: str, paths: Collection[str], kind: str) -> str:
     if same_leaf:
         raise ConfigError(f"{kind} '{name}' is ambiguous; write {' or '.join(same_leaf)}")
     raise UnknownNameError(kind, name, paths)
+
+
+def with_full_names(
+    values: Mapping[str, ValueT], paths: Collection[str], kind: str
+) -> dict[str, ValueT]:
+    """Return the values by their full dotted paths; ConfigError for one that is given twice."""
+    names: dict[str, str] = {}
+    for name in values:
+        path = resolve(name, paths, kind)
+        if path in names:
+            raise ConfigError(f"{path}: is given twice, as '{names[path]}' and as '{name}'")
+        names[path] = name
+    return {path: values[name] for path, name in names.items()}
 
 
 def validated(model: type[PartT], tree: Mapping[str, object], where: str = "") -> PartT:

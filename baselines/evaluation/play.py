@@ -27,7 +27,7 @@ from swarm_forage_env.foraging.drawing import COLUMNS, run_and_draw
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
-from swarm_forage_env.parameters import leaves, resolve
+from swarm_forage_env.parameters import leaves, with_full_names
 from swarm_forage_env.record import offset_of
 from swarm_forage_env.rendering.playground import (
     ArrayPlace,
@@ -108,7 +108,7 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     swarms = zip(configurations, changed, strict=True)
     programs = [program_of(each, sliders, own, every) for each, own in swarms]
     known, changes = leaves(first.scenario.model_dump()), parse_settings(chosen.settings)
-    full = {resolve(name, known, "scenario parameter"): value for name, value in changes.items()}
+    full = with_full_names(changes, known, "scenario parameter")
     sets = [shlex.quote(f"--set={name}={value}") for name, value in full.items()]
     command = shlex.join(["swarm-forage", "evaluate", chosen.scenario]), sets
     replays = [_recorded(each, every) for each in configurations]

@@ -86,6 +86,7 @@ def test_a_composition_of_another_number_of_layers_is_refused_with_an_example(na
         ({"double": "both"}, "double='both': must be a valid boolean"),
         ({"avoidance": "leteral"}, "avoidance='leteral': must be 'tangential' or"),
         ({"gap": 0.2}, "gap=0.2: must be less than or equal to 0.05"),
+        ({"gap": 0.01, "motion.gap": 0.02}, "motion.gap: is given twice, as 'gap' and as 'motion"),
     ],
 )
 def test_a_value_that_does_not_fit_is_refused_with_what_would(values, message):
