@@ -82,10 +82,12 @@ class EpuckScenario(BaseScenario):
         """Raise ValueError if robots would start outside the arena or too close to each other."""
         task, arena, radius = self.task, self.arena, self.robot.radius
         widest = 0.5 * min(arena.length, arena.width) - radius
+        larger = f"arena.length and arena.width must be above {2.0 * radius:g}"
+        remedy = f"must be at most {widest:g}" if widest > 0.0 else larger
         if task.start_radius > widest + ROUNDING:
             raise ValueError(
                 f"task.start_radius={task.start_radius}: robots would start outside the arena;"
-                f" must be at most {widest:g} [m]"
+                f" {remedy} [m]"
             )
         fit = max(1, int(MAX_START_DENSITY * ((task.start_radius + radius) / radius) ** 2))
         if task.n_robots > fit:
