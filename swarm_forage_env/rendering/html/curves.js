@@ -13,7 +13,7 @@ const curves = {
     this.inks = { rule: colour("--rule"), faint: colour("--faint"), page: colour("--page") };
     Object.assign(this, { context, width, height });
     const bottom = height - 18, split = 20 + 0.6 * (bottom - 38);
-    const most = Math.max(...view.episodes.map(({ total }) => total[about.frames - 1]), 1);
+    const most = Math.max(...view.episodes.map(({ total }) => total.reduce((a, b) => Math.max(a, b))), 1);
     this.timeAxis(bottom);
     const [score, part] = about.headings.map((name) => name.toLowerCase());
     const panels = [
