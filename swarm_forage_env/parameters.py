@@ -206,7 +206,7 @@ def _complaint(model: type[Parameters], error: ErrorDetails, where: str) -> str:
     path = ".".join(str(step) for step in error["loc"])
     prefix = f"{where}: " if where else ""
     if error["type"] == "extra_forbidden":
-        known = leaves(model().model_dump())
+        known = leaves(model.model_construct().model_dump())
         return prefix + str(UnknownNameError("parameter", path, known))
     message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must", 1)
     if not path or error["type"] == "value_error":
