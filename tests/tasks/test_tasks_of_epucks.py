@@ -17,6 +17,7 @@ from swarm_forage_env.epuck.world import EpuckWorld, write_numbers
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import field
+from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from tests.commands import parallel_env
@@ -57,6 +58,9 @@ def test_a_task_with_a_radius_of_its_own_and_three_areas_leaves_the_robot_as_it_
         task: Own = Own(spot_radius=0.01)
         areas = property(lambda scenario: 0.4 * np.eye(3, 2))
 
+    SCENARIOS.register("three")(Three())
+    with pytest.raises(ConfigError, match=r"'three': .* 'custom', the name in it; register it"):
+        find_scenario("three")
     world = swarm_forage_env.aggregation.AggregationWorldState.array((1,))
     write_numbers(Three(), world)
     assert world["radius"] == Three().robot.radius
