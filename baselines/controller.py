@@ -17,8 +17,8 @@ from swarm_forage_env.parameters import (
     Parameters,
     leaves,
     override,
-    resolve,
     validated,
+    with_full_names,
 )
 from swarm_forage_env.task import World, task_of
 
@@ -76,11 +76,11 @@ class LayeredController:
         chosen = {layer: str(name) for layer, name in values.items() if layer in REGISTRIES}
         changed = self._with_layers(chosen)
         changes: dict[str, dict[str, object]] = {}
-        for name, value in values.items():
-            if name not in chosen:
-                path = resolve(name, changed.parameters, f"parameter of {self.name}")
-                layer, _, field = path.partition(".")
-                changes.setdefault(layer, {})[field] = value
+        others = {name: value for name, value in values.items() if name not in chosen}
+        full = with_full_names(others, changed.parameters, f"parameter of {self.name}")
+        for path, value in full.items():
+            layer, _, field = path.partition(".")
+            changes.setdefault(layer, {})[field] = value
         parts: dict[str, Any] = {
             layer: override(changed.layers[layer], to) for layer, to in changes.items()
         }

@@ -22,7 +22,7 @@ from training.network_policy import save_network
 from training.policy_file import Weights
 from training.transitions import card_in, read
 
-HELD_OUT = range(1000, 1030)
+HELD_OUT = range(1000, 10**6)
 
 
 def clone(folder: Path, policy: str, steps: int, seed: int) -> Weights:
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> dict[str, float]:
     parser.add_argument("policy", help="whose motion is cloned, as it was recorded")
     parser.add_argument("--steps", type=int, default=10_000, help="of 1,024 transitions")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--episodes", type=int, default=10, help="held-out ones, at most 30")
+    parser.add_argument("--episodes", type=int, default=10, help="held-out ones")
     parser.add_argument("--out", type=Path, default=Path("runs/behaviour_cloning"))
     chosen = parser.parse_args(arguments)
     card = card_in(chosen.folder, chosen.policy)

@@ -34,7 +34,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
 
-HELD_OUT = range(1000, 1010)
+HELD_OUT = range(1000, 10**6)
 """Seeds of the episodes that the trained policy is judged by."""
 
 

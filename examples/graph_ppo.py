@@ -31,7 +31,7 @@ from training.policy_controller import policy_controller
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 
-HELD_OUT = range(1000, 1010)
+HELD_OUT = range(1000, 10**6)
 """Seeds of the episodes that the trained policy is judged by."""
 
 KEYWORDS: dict[str, Any] = {

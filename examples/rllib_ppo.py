@@ -40,7 +40,7 @@ NETWORKS = DefaultModelConfig(
     vf_share_layers=False,
 )
 
-HELD_OUT = range(1000, 1010)
+HELD_OUT = range(1000, 10**6)
 """Seeds of the episodes that the trained policy is judged by."""
 
 
@@ -131,7 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--robot-steps", type=int, default=4_000_000, metavar="N")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--episodes", type=int, default=10, help="held-out ones, at most 10")
+    parser.add_argument("--episodes", type=int, default=10, help="held-out ones")
     parser.add_argument("--out", type=Path, default=Path("runs/rllib_ppo"))
     chosen = parser.parse_args(arguments)
     torch.set_num_threads(1)  # quicker for networks this small

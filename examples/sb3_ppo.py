@@ -32,7 +32,7 @@ PERIOD = 10
 ROLLOUT, BATCH = 128, 1024
 """Decisions of a robot between two updates, and of all robots in one gradient step."""
 
-HELD_OUT = range(1000, 1010)
+HELD_OUT = range(1000, 10**6)
 """Seeds of the episodes that the trained policy is judged by."""
 
 
@@ -89,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> dict[str, float]:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--robot-steps", type=int, default=6_000_000, metavar="N")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--episodes", type=int, default=10, help="held-out ones, at most 10")
+    parser.add_argument("--episodes", type=int, default=10, help="held-out ones")
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_ppo"))
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)

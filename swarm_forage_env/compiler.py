@@ -13,7 +13,7 @@ from functools import cache
 from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any, Protocol, cast
 
 import llvmlite
@@ -31,7 +31,14 @@ from swarm_forage_env.gpu_kernels import GPU_OPTIONS, PreparedKernel, as_on_cpu,
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, warn_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
-from swarm_forage_env.templates import Bindings, Function, FunctionT, parts_of, with_parts
+from swarm_forage_env.templates import (
+    Bindings,
+    Function,
+    FunctionT,
+    is_row_template,
+    parts_of,
+    with_parts,
+)
 
 _listeners: list[Callable[[str], None]] = []
 """Functions called with the name of each entry point that is about to be compiled."""
@@ -175,6 +182,13 @@ def is_simulated() -> bool:
 
 @cache
 def _bound(template: Function, parts: Bindings) -> Function:
+    for name, each in parts:
+        is_plain = isinstance(each, FunctionType) and not is_row_template(each)
+        if is_plain and not config.DISABLE_JIT:
+            raise ConfigError(
+                f"function {each.__module__}.{each.__qualname__}: the tick calls it as '{name}',"
+                " but it is not compiled; decorate it with `swarm_forage_env.compiler.kernel`"
+            )
     return _compiled(with_parts(template, parts, _bound_row))
 
 

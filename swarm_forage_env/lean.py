@@ -5,7 +5,7 @@ kernel called by other kernels only is not optimised before it is linked into an
 controller compiles in 0.6 of the time, to the same machine code.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import cast
@@ -41,15 +41,19 @@ class _LeanDispatcher(CPUDispatcher):  # type: ignore[misc]
             function, usual.targetdescr, usual.targetoptions, usual.locals, usual.pipeline_class
         )
 
-    def get_call_template(self, *arguments: object) -> object:
-        """Compile for a kernel that calls this one; ConfigError if it reads an unknown field."""
+    def get_call_template(self, args: Sequence[object], kws: Mapping[str, object]) -> object:
+        """Compile for a kernel that calls this one; ConfigError for a wrong field or argument."""
+        name = f"kernel {self.py_func.__module__}.{self.py_func.__qualname__}"
+        try:
+            self._compiler.pysig.bind(*args, **kws)
+        except TypeError as error:
+            raise ConfigError(f"{name}: is called with {len(args)} arguments: {error}") from None
         with global_compiler_lock:
             self._compiler.is_inner = True
             try:
-                return super().get_call_template(*arguments)
+                return super().get_call_template(args, kws)
             except KeyError as error:
-                name = f"{self.py_func.__module__}.{self.py_func.__qualname__}"
-                raise ConfigError(f"kernel {name}: reads {error}, no field of its record") from None
+                raise ConfigError(f"{name}: reads {error}, no field of its record") from None
             finally:
                 self._compiler.is_inner = False
 

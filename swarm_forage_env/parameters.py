@@ -34,6 +34,7 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1)]
 
 PartT = TypeVar("PartT", bound="Parameters")
+ValueT = TypeVar("ValueT")
 
 
 MIN_TICK = 1e-3
@@ -138,9 +139,8 @@ def override(part: PartT, values: Mapping[str, object], kind: str = "parameter")
     if not values:
         return part
     tree = part.model_dump()
-    paths = leaves(tree)
-    for name, value in values.items():
-        *branches, leaf = resolve(name, paths, kind).split(".")
+    for path, value in with_full_names(values, leaves(tree), kind).items():
+        *branches, leaf = path.split(".")
         node = tree
         for branch in branches:
             node = node[branch]
@@ -160,8 +160,12 @@ def leaves(tree: Mapping[str, object], prefix: str = "") -> dict[str, Any]:
 
 
 def numbers_named(part: Parameters, names: Collection[str]) -> dict[str, Any]:
-    """Return the fields of a part whose last word is one of these names, by that word."""
-    words = {path.rpartition(".")[2]: value for path, value in leaves(part.model_dump()).items()}
+    """Return the fields of a part whose last word is one of these names, by that word.
+
+    Of several such fields it is the first, so that a task may have a `radius` beside the robot's.
+    """
+    tree = reversed(leaves(part.model_dump()).items())
+    words = {path.rpartition(".")[2]: value for path, value in tree}
     return {name: words[name] for name in names if name in words}
 
 
@@ -177,6 +181,19 @@ def resolve(name: str, paths: Collection[str], kind: str) -> str:
     raise UnknownNameError(kind, name, paths)
 
 
+def with_full_names(
+    values: Mapping[str, ValueT], paths: Collection[str], kind: str
+) -> dict[str, ValueT]:
+    """Return the values by their full dotted paths; ConfigError for one that is given twice."""
+    names: dict[str, str] = {}
+    for name in values:
+        path = resolve(name, paths, kind)
+        if path in names:
+            raise ConfigError(f"{path}: is given twice, as '{names[path]}' and as '{name}'")
+        names[path] = name
+    return {path: values[name] for path, name in names.items()}
+
+
 def validated(model: type[PartT], tree: Mapping[str, object], where: str = "") -> PartT:
     """Return the model of a mapping, or raise one ConfigError that names each invalid field."""
     try:
@@ -189,7 +206,7 @@ def _complaint(model: type[Parameters], error: ErrorDetails, where: str) -> str:
     path = ".".join(str(step) for step in error["loc"])
     prefix = f"{where}: " if where else ""
     if error["type"] == "extra_forbidden":
-        known = leaves(model().model_dump())
+        known = leaves(model.model_construct().model_dump())
         return prefix + str(UnknownNameError("parameter", path, known))
     message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must", 1)
     if not path or error["type"] == "value_error":

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.errors import ConfigError
 
 RecordType = np.dtype[np.void]
 """The dtype of records."""
@@ -83,10 +84,18 @@ class Record:
     """Base class of records: subclasses declare their fields as `name: type = field(...)`."""
 
     fields: ClassVar[Mapping[str, Field]] = {}
-    """All fields by name, in memory order: those of base classes last."""
+    """All fields by name, in memory order: those of base classes last. A subclass may replace a
+    nested record by one that extends it, and no other field."""
 
     def __init_subclass__(cls) -> None:
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+        for name in own.keys() & cls.fields.keys():
+            kind = cls.fields[name].kind
+            if not (isinstance(kind, type) and issubclass(kind, Record)):
+                raise ConfigError(
+                    f"{cls.__name__}.{name}: a record that it extends has a field of this name,"
+                    " which other functions use; choose another name"
+                )
         cls.fields = {**own, **{name: each for name, each in cls.fields.items() if name not in own}}
 
     @classmethod
@@ -159,10 +168,10 @@ def _the_one(dtype: RecordType) -> RecordType:
 def numbers_record(**numbers: ArrayLike) -> RecordType:
     """Return the dtype of a record of parameters: float64, each in the shape of its value.
 
-    Due to its last column `end`, no such record begins with all the columns of another.
+    Due to its last column `_end`, no such record begins with all the columns of another.
     """
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return _the_one(np.dtype([*columns, ("end", np.int8)], align=True))
+    return _the_one(np.dtype([*columns, ("_end", np.int8)], align=True))
 
 
 def one_record(numbers: Mapping[str, ArrayLike]) -> Array:

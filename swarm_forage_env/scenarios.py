@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from os.path import isfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, overload
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.parameters import BaseScenario, leaves, override
@@ -66,7 +66,8 @@ def find_scenario(scenario: ScenarioSource, overrides: Overrides = None) -> Any:
 
 
 def _named(name: str) -> BaseScenario:
-    """Return the scenario of a name; ConfigError for a controller, another file or parameters."""
+    """Return the scenario of a name; ConfigError for a controller, another file or parameters, and
+    for a scenario that has another name in it."""
     if name not in SCENARIOS and Path(name).suffix and isfile(name):
         raise ConfigError(f"scenario file {name}: must be TOML, under a name that ends in .toml")
     if name not in SCENARIOS and name.partition(":")[0] in CONTROLLERS:
@@ -79,8 +80,14 @@ def _named(name: str) -> BaseScenario:
             f"scenario '{name}': its parameters are given apart: --set task.n_robots=3 in a"
             " command, keywords in Python"
         )
-    scenario: BaseScenario = SCENARIOS[name]
-    return scenario
+    scenario: Any = SCENARIOS[name]
+    registered = SCENARIOS.name_of(scenario)
+    if isinstance(scenario, BaseScenario) and scenario.name != registered:
+        raise ConfigError(
+            f"scenario '{registered}': its results would be those of '{scenario.name}', the name"
+            f" in it; register it with name='{registered}'"
+        )
+    return cast(BaseScenario, scenario)
 
 
 def from_toml(file: Path) -> BaseScenario:

@@ -314,6 +314,11 @@ def test_a_field_that_a_record_lacks_is_told_with_the_kernel_that_reads_it():
     made = module(CALLEE.replace("SCALE * x", "x.scal") + CALLER)
     with pytest.raises(ConfigError, match=r"kernel made\.scaled: reads 'scal', no field"):
         made.total(one_record({"scale": 1.0}))
+    made = module(CALLEE.replace("(x)", "(x, y)") + CALLER)
+    with pytest.raises(ConfigError, match=r"scaled: is called with 1 arguments: missing .* 'y'"):
+        made.total(np.ones(1))
+    with pytest.raises(ConfigError, match=r"run: the tick calls it as 'change', but .* decorate"):
+        bind(apply, {"change": run})
 
 
 @compiled

@@ -57,7 +57,7 @@ from swarm_forage_env.foraging.inputs import write_goal
 from swarm_forage_env.foraging.records import Exchange, Report, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
-from swarm_forage_env.parameters import NotNegative, Parameters, Positive
+from swarm_forage_env.parameters import MAX_TICKS, NotNegative, Parameters, Positive
 from swarm_forage_env.record import Record
 
 
@@ -206,14 +206,18 @@ class SocialOdometryParameters(Parameters):
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
         """Return the parameters of the kernels, those of subclasses included; times in ticks."""
-        tick, times = scenario.tick, ("refractory", "pause", "deaf_when_lost")
+
+        def in_ticks(time: float) -> int:
+            return min(round(time / scenario.tick), MAX_TICKS)  # beliefs count in 32 bits
+
+        times = "refractory", "pause", "deaf_when_lost"
         own = {name: each for name, each in self if isinstance(each, int | float)}
         return {name: each for name, each in own.items() if name not in times} | {
             "tells_within": self.tells_within or math.inf,
-            "talk_ticks": max(1, round(scenario.radio.exchange_time / tick)),
-            "refractory_ticks": round(self.refractory / tick),
-            "pause_ticks": round(self.pause / tick),
-            "deaf_ticks": round(self.deaf_when_lost / tick),
+            "talk_ticks": max(1, in_ticks(scenario.radio.exchange_time)),
+            "refractory_ticks": in_ticks(self.refractory),
+            "pause_ticks": in_ticks(self.pause),
+            "deaf_ticks": in_ticks(self.deaf_when_lost),
             "n_steps": N_STEPS[self.payload],
             "axle": scenario.robot.axle,
             "to_centre": scenario.sensors.ground_ahead + scenario.task.area_radius,

@@ -82,7 +82,8 @@ class ExperimentConfig:
     def overrides(self) -> str:
         """Settings that differ from the scenario of that name or the defaults, as JSON text."""
         name = self.scenario.name
-        base = SCENARIOS[name] if name in SCENARIOS else task_of(self.scenario).scenario()
+        default = task_of(self.scenario).scenario.model_construct  # unchecked: it may not fit
+        base = SCENARIOS[name] if name in SCENARIOS else default()
         return _json(_changes(leaves(base.model_dump()), leaves(self.scenario.model_dump())))
 
     @cached_property

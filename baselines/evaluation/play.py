@@ -11,7 +11,7 @@ import numpy as np
 from numba.core import types
 
 from baselines.evaluation.evaluate_options import EvaluateOptions
-from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.experiment_config import ExperimentConfig, parse_settings
 from baselines.evaluation.plot_style import colour_of
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.atomic_write import write_atomically
@@ -27,7 +27,7 @@ from swarm_forage_env.foraging.drawing import COLUMNS, run_and_draw
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import spans_of
-from swarm_forage_env.parameters import leaves
+from swarm_forage_env.parameters import leaves, with_full_names
 from swarm_forage_env.record import offset_of
 from swarm_forage_env.rendering.playground import (
     ArrayPlace,
@@ -107,7 +107,9 @@ def write_playground(chosen: EvaluateOptions, file: Path) -> None:
     sliders = [each for each in possible if each]
     swarms = zip(configurations, changed, strict=True)
     programs = [program_of(each, sliders, own, every) for each, own in swarms]
-    sets = [shlex.quote(f"--set={each}") for each in chosen.settings]
+    known, changes = leaves(first.scenario.model_dump()), parse_settings(chosen.settings)
+    full = with_full_names(changes, known, "scenario parameter")
+    sets = [shlex.quote(f"--set={name}={value}") for name, value in full.items()]
     command = shlex.join(["swarm-forage", "evaluate", chosen.scenario]), sets
     replays = [_recorded(each, every) for each in configurations]
     page = playground(stage, command, programs, sliders, COLUMNS, every, replays)

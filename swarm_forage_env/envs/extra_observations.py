@@ -104,7 +104,7 @@ class RowObservation:
         return self.features_of(agents)
 
 
-OBSERVATIONS: Registry[RowObservation] = Registry("observation")
+OBSERVATIONS: Registry[RowObservation | Observation | type[Observation]] = Registry("observation")
 """Registry of additional observations by name."""
 
 OBSERVATIONS.register("time_left", "Share of the episode that is left, the same for all robots.")(

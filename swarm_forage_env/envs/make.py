@@ -130,11 +130,8 @@ def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> Ba
     chosen: BaseScenario = find_scenario(scenario)
     keywords = (*EnvConfig.model_fields, "controller", "render_mode")
     known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}
-    names: dict[str, str] = {}
     for name in overrides:
-        path = resolve(name, known, "keyword or scenario parameter")
-        if names.setdefault(path, name) != name:
-            raise ConfigError(f"{path}: is given twice, as '{names[path]}' and as '{name}'")
+        resolve(name, known, "keyword or scenario parameter")
     return override(chosen, overrides, "scenario parameter")
 
 

@@ -59,7 +59,8 @@ def added(observation: object, policy: PolicyInterface) -> tuple[bool, list[Addi
             known = LAYER, PREVIOUS, *OBSERVATIONS
             raise UnknownNameError("observation", each, known, left_out())
         elif each != LAYER:
-            additions.append(OBSERVATIONS[each])
+            named = OBSERVATIONS[each]
+            additions.append(named if isinstance(named, RowObservation) else _own(named))
     return LAYER in [each for each in wanted if isinstance(each, str)], additions
 
 

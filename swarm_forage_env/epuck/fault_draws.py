@@ -42,7 +42,7 @@ AGREED = {"no": NOT_AGREED, "turn": TURN_AGREED, "place": PLACE_AGREED}
 
 def write_fault_numbers(scenario: EpuckScenario, out_numbers: Array | np.void) -> None:
     """Write the fault parameters of a scenario in the form that kernels read."""
-    faults, areas = scenario.faults, scenario.areas
+    faults, areas = scenario.faults, scenario.areas[:2]
     for column, (_, kind) in enumerate(faults):
         out_numbers["share"][..., column] = kind.share
         start = min(round(kind.at / scenario.tick), scenario.n_ticks + 1)

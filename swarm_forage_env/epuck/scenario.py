@@ -63,16 +63,31 @@ class EpuckScenario(BaseScenario):
             clear = self.task.start_radius + self.robot.radius
             self._check_clear("the start circle", (0.0, 0.0), clear)
         self.faults.check_robots(self.task.n_robots)
+        self.check_areas()
         return self
+
+    def check_areas(self) -> None:
+        """Raise ValueError for areas outside the arena, on each other, or on an obstacle."""
+        radius, half = self.area_radius, 0.5 * np.array([self.arena.length, self.arena.width])
+        remedy = "change the parameters of task that place it"
+        for number, centre in enumerate(self.areas):
+            where = f"the area about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
+            if (np.abs(centre) + radius > half + ROUNDING).any():
+                raise ValueError(f"{where} lies outside the arena; {remedy}")
+            if (np.hypot(*(self.areas[:number] - centre).T) < 2.0 * radius - ROUNDING).any():
+                raise ValueError(f"{where} overlaps another one; {remedy}")
+            self._check_clear("the area", (float(centre[0]), float(centre[1])), radius)
 
     def _check_start(self) -> None:
         """Raise ValueError if robots would start outside the arena or too close to each other."""
         task, arena, radius = self.task, self.arena, self.robot.radius
         widest = 0.5 * min(arena.length, arena.width) - radius
+        larger = f"arena.length and arena.width must be above {2.0 * radius:g}"
+        remedy = f"must be at most {widest:g}" if widest > 0.0 else larger
         if task.start_radius > widest + ROUNDING:
             raise ValueError(
                 f"task.start_radius={task.start_radius}: robots would start outside the arena;"
-                f" must be at most {widest:g} [m]"
+                f" {remedy} [m]"
             )
         fit = max(1, int(MAX_START_DENSITY * ((task.start_radius + radius) / radius) ** 2))
         if task.n_robots > fit:
@@ -140,7 +155,11 @@ class EpuckScenario(BaseScenario):
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:
-        """Centres of the areas at the start, world frame [m]; none unless a task defines them."""
+        """Centres of the areas at the start, world frame [m]; none unless a task defines them.
+
+        They lie inside the arena and apart from each other, unless the task has another
+        `check_areas`.
+        """
         return np.zeros((0, 2))
 
     @property

@@ -60,17 +60,9 @@ class Scenario(EpuckScenario):
     if TYPE_CHECKING:
         _episode: type[ForagingEpisode]
 
-    @model_validator(mode="after")
-    def _has_room_for_areas(self) -> Self:
-        self._check_areas()
-        if self.obstacles or self.arena.corners:
-            for area in self.places:
-                for centre in area.centres:
-                    self._check_clear(f"the {area.kind} area", centre, self.task.area_radius)
-        return self
-
-    def _check_areas(self) -> None:
-        """Raise ValueError for areas outside the arena, on each other, or in the start circle."""
+    def check_areas(self) -> None:
+        """Raise ValueError for areas outside the arena, on each other, in the start circle, or on
+        an obstacle."""
         task, arena, places = self.task, self.arena, self.task.areas or self.places
         half_x, half_y, radius = 0.5 * arena.length, 0.5 * arena.width, task.area_radius
         inside, away = "move it inside, or make it smaller", "move it away from the origin"
@@ -96,6 +88,7 @@ class Scenario(EpuckScenario):
                             f"{subject} about ({x:g}, {y:g}) overlaps task.areas[{other}] before or"
                             " after its move; keep them apart"
                         )
+                self._check_clear(f"the {area.kind} area", (x, y), radius)
             if math.hypot(*area.centre) < task.start_radius + radius - ROUNDING:
                 raise ValueError(
                     f"{subject} about ({area.centre[0]:g}, {area.centre[1]:g}) reaches into the"

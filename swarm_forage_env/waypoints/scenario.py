@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Self
 from pydantic import Field, model_validator
 
 from swarm_forage_env.parameters import (
+    MAX_TICKS,
     MIN_TICK,
     BaseScenario,
     BaseTask,
@@ -127,6 +128,7 @@ class WaypointTask(BaseTask):
     extra_ticks: int = Field(
         0,
         ge=0,
+        le=MAX_TICKS,
         description="Number of ticks that averages over time count although they are not run"
         " (2 in the authors' code; chosen)",
     )

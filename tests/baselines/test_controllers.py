@@ -86,6 +86,7 @@ def test_a_composition_of_another_number_of_layers_is_refused_with_an_example(na
         ({"double": "both"}, "double='both': must be a valid boolean"),
         ({"avoidance": "leteral"}, "avoidance='leteral': must be 'tangential' or"),
         ({"gap": 0.2}, "gap=0.2: must be less than or equal to 0.05"),
+        ({"gap": 0.01, "motion.gap": 0.02}, "motion.gap: is given twice, as 'gap' and as 'motion"),
     ],
 )
 def test_a_value_that_does_not_fit_is_refused_with_what_would(values, message):
@@ -156,8 +157,9 @@ def test_social_odometry_reads_its_times_in_ticks_and_its_lengths_from_the_scena
 
 def test_an_exchange_takes_a_tick_at_least_and_zero_means_that_all_is_told():
     scenario = find_scenario("es1", {"exchange_time": 0.01})
-    numbers = SocialOdometryParameters().numbers(scenario)
+    numbers = SocialOdometryParameters(pause=1e12).numbers(scenario)
     assert numbers["talk_ticks"] == 1
+    assert numbers["pause_ticks"] == 10**9  # the longest episode, counted in 32 bits
     assert numbers["tells_within"] == math.inf
 
 

@@ -42,6 +42,8 @@ def test_an_unknown_name_is_answered_with_the_nearest_in_a_line(options, message
         ({"decision_period": 18_001}, "must be at most the 18000 ticks"),
         ({"max_cycles": 0}, "max_cycles=0"),
         ({"n_robots": 3, "task.n_robots": 4}, "task.n_robots: is given twice, as 'n_robots' and"),
+        ({"scenario": "aggregation", "spot_distance": 0.5}, "area about .* overlaps another one"),
+        ({"scenario": "aggregation", "spot_radius": 1.0}, "lies outside the arena; change the"),
         ({"n_worlds": 3}, "n_worlds=3: is for ArrayEnv, SwarmVecEnv and SwarmTorchEnv; leave it"),
         ({"max_cycles": 10**400}, r"max_cycles=10{39}\.\.\.: must be less than"),
         ({"render_mode": "svg"}, "render_mode='svg': must be one of 'human', 'rgb_array', 'ansi'"),

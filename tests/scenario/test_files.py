@@ -2,7 +2,7 @@
 
 import pytest
 
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
 
 BASE = 'base = "es1"\n'
@@ -65,15 +65,13 @@ def test_a_wrong_file_is_refused_in_one_line_that_says_what_and_why(file, text, 
     assert "\n" not in message
 
 
-def test_a_file_that_is_missing_no_text_or_its_own_base_is_refused(file, tmp_path):
+def test_a_file_that_is_missing_or_no_text_is_refused(tmp_path):
     with pytest.raises(ConfigError, match=r"file .*none\.toml: No such file or directory$"):
         find_scenario(tmp_path / "none.toml")
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ConfigError, match=r"binary\.toml"):
         find_scenario(binary)
-    with pytest.raises((ConfigError, UnknownNameError)):
-        find_scenario(file(f'base = "{(tmp_path / "mine.toml").as_posix()}"\n'))
 
 
 def test_tables_that_lie_too_deep_are_refused(file):

@@ -13,9 +13,11 @@ import swarm_forage_env.aggregation
 from baselines.cli import run
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.epuck.world import EpuckWorld
+from swarm_forage_env.epuck.world import EpuckWorld, write_numbers
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import field
+from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from tests.commands import parallel_env
@@ -46,6 +48,24 @@ def test_a_function_that_no_tick_calls_is_refused_and_so_is_a_task_without_a_sco
     functions = {"brightness_at": 0, "begin_tick": 0, "scor": 0}
     with pytest.raises(ConfigError, match="Own: scor, score unknown or missing; must be bright"):
         type("Own", (EpuckWorld,), {}, robot=0, world=0, functions=functions)
+
+
+def test_a_task_with_a_radius_of_its_own_and_three_areas_leaves_the_robot_as_it_is():
+    class Own(swarm_forage_env.aggregation.AggregationMission):
+        radius: float = 0.3
+
+    class Three(swarm_forage_env.aggregation.AggregationScenario):
+        task: Own = Own(spot_radius=0.01)
+        areas = property(lambda scenario: 0.4 * np.eye(3, 2))
+
+    SCENARIOS.register("three")(Three())
+    with pytest.raises(ConfigError, match=r"'three': .* 'custom', the name in it; register it"):
+        find_scenario("three")
+    world = swarm_forage_env.aggregation.AggregationWorldState.array((1,))
+    write_numbers(Three(), world)
+    assert world["radius"] == Three().robot.radius
+    with pytest.raises(ConfigError, match=r"Own\.radius: a record that it extends has a field of"):
+        type("Own", (swarm_forage_env.aggregation.AggregationWorldState,), {"radius": field(float)})
 
 
 def test_gathered_is_the_share_on_the_fuller_spot():

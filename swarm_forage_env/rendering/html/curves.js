@@ -13,7 +13,7 @@ const curves = {
     this.inks = { rule: colour("--rule"), faint: colour("--faint"), page: colour("--page") };
     Object.assign(this, { context, width, height });
     const bottom = height - 18, split = 20 + 0.6 * (bottom - 38);
-    const most = Math.max(...view.episodes.map(({ total }) => total[about.frames - 1]), 1);
+    const most = Math.max(...view.episodes.map(({ total }) => total.reduce((a, b) => Math.max(a, b))), 1);
     this.timeAxis(bottom);
     const [score, part] = about.headings.map((name) => name.toLowerCase());
     const panels = [
@@ -32,12 +32,17 @@ const curves = {
     if (swarms.length > 1) this.key(panels[0][2][0] - 9);
   },
 
-  /* Which curve is of which controller, from the right end. */
+  /* Which curve is of which controller, from the right end; a long name is cut, beside that of the panel. */
   key(y) {
+    const room = (this.width - this.left - this.right - 100) / swarms.length - 38;
     let x = this.width - this.right;
     for (const [which, { controller, colour }] of [...swarms.entries()].reverse()) {
-      this.text(controller, x, y, "right");
-      x -= this.context.measureText(controller).width + 6;
+      let name = controller;
+      for (let n = name.length; this.context.measureText(name).width > room && n > 0; n--) {
+        name = `${controller.slice(0, n - 1)}…`;
+      }
+      this.text(name, x, y, "right");
+      x -= this.context.measureText(name).width + 6;
       this.context.beginPath();
       this.context.moveTo(x - 18, y);
       this.context.lineTo(x, y);

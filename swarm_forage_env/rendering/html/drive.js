@@ -14,6 +14,7 @@ const drive = {
     button.id = "drive";
     element("robot").closest("h2").append(button);
     button.onclick = () => (view.driving ? this.letGo() : this.takeOver());
+    window.addEventListener("blur", () => this.pressed.clear());
     const observed = document.createElement("details");
     observed.id = "observed";
     observed.open = true;
@@ -37,6 +38,8 @@ const drive = {
     const robot = view.chosen ?? 0, ticks = Math.round(view.time / about.tick);
     view.chosen = robot;
     view.driving = { swarm: 0, robot, now: null, observed: null };
+    this.pressed.clear();
+    this.target = null;
     this.due = 0;
     if (view.speed > 5) player.setSpeed(2);
     await this.ask("start", { ...live.world(0), robot, ticks });

@@ -29,7 +29,7 @@ const labels = {
   wanted(robots) {
     const found = [], { scale } = arena;
     const add = (key, text, x, y, radius, own) =>
-      found.push({ key, text, at: arena.place(x, y), radius, own });
+      text && found.push({ key, text, at: arena.place(x, y), radius, own });
     if (view.focus !== null) {
       const { x, y } = robots[view.focus];
       add("robot", `robot ${view.focus}`, x, y, arena.robotSize + 7, view.focus);

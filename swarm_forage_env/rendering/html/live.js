@@ -23,7 +23,8 @@ const live = {
     }));
     this.makeControls();
     drive.prepare();
-    window.addEventListener("hashchange", () => this.readAddress() && this.run());
+    window.addEventListener("hashchange", () =>
+      this.readAddress() ? this.run() : player.seek(view.time));
     this.readAddress();
   },
 
@@ -169,7 +170,7 @@ const live = {
   readAddress() {
     const before = this.choice, asked = new URLSearchParams(location.hash.slice(1));
     element("seed").value = asked.get("seed") ?? "0";
-    view.time = Number(asked.get("t")) || 0;
+    view.time = Math.min(Math.max(Number(asked.get("t")) || 0, 0), about.live.ticks * about.tick);
     for (const { name, values, usual } of about.live.sliders) {
       const at = asked.has(name) ? values.indexOf(Number(asked.get(name))) : usual;
       element(name).value = at < 0 ? usual : at;

@@ -105,7 +105,7 @@ function onKey(event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const tag = event.target.tagName;
   if (tag === "SELECT" || (tag === "BUTTON" && event.key === " ")) return;
-  if (event.target.closest(".world") && event.key.startsWith("Arrow")) return;
+  if (event.target.closest(".world") && /^(Arrow|Home|End)/.test(event.key)) return;
   if (drive.onKey(event, true)) return;
   const act = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (!act) return;

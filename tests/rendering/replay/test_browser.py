@@ -346,6 +346,9 @@ def test_two_swarms_play_side_by_side(opened, compared, scenes, stage):
     page.keyboard.press("Home")
     page.keyboard.press(",")
     assert page.evaluate("view.time") == pytest.approx(60.0), "what is before is for trails alone"
+    page.evaluate("element('arenas').style.setProperty('--aspect', '1 / 4')")
+    tall, curves = (page.locator(each).bounding_box() for each in ("#arena", "#curves"))
+    assert tall["y"] + tall["height"] <= curves["y"], "a tall arena is not drawn over the curves"
 
 
 NAMED = "figcaption", "#robot-card caption", "#legend em", "#trips span", "#on-path span"

@@ -38,7 +38,7 @@ def in_chromium(test):
 def file(tmp_path_factory):
     pytest.importorskip("ziglang", reason="pip install 'swarm-forage[play]'")
     found = tmp_path_factory.mktemp("page") / "play.html"
-    settings = [SHORT, "task.n_robots=10"]
+    settings = [SHORT, "n_robots=10"]
     write_playground(EvaluateOptions("es1", CONTROLLERS, 1, 0, settings, "kinematic"), found)
     return found
 
@@ -91,7 +91,7 @@ def test_an_address_chooses_seed_and_numbers(opened, file, address):  # noqa: F8
     command_line = shlex.split(page.evaluate("element('command').textContent"))
     assert command_line[:3] == ["swarm-forage", "evaluate", "es1"]
     assert {f"{name}={value}" for name, value in numbers.items()} <= {*command_line}
-    assert sum("task.n_robots=" in word for word in command_line) == 1, "no setting is given twice"
+    assert sum("n_robots=" in word for word in command_line) == 1, "no setting is given twice"
     assert page.evaluate("arena.robotNear(...arena.place(robotAt(4).x, robotAt(4).y))") == 4
 
 
