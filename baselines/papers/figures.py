@@ -1,6 +1,7 @@
 """Figures of the papers: box plots and curves, each from its experiments."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -31,7 +32,6 @@ ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
 """Files of each figure, by page style."""
 
 WIDEST = 1.5  # |log2 ratio| at which the colours of a heat map end
-LONGEST = 24  # letters of the name of a row
 DARK = 0.9  # |log2 ratio| from which the colours of a heat map are dark
 Against = tuple[Source, Source]  # a source, and the base that it is compared with
 
@@ -137,12 +137,12 @@ def _draw_ratios(axes: Axes, results: Results, rows: Sequence[Sequence[Against]]
 
 
 def shortened(name: str) -> str:
-    """Return the name of a controller, of which only the end if it is long.
+    """Return the name of a controller, of which a file is told by its folder and first name.
 
-    >>> shortened("network:runs/seed-3/best.safetensors")
-    '...ed-3/best.safetensors'
+    >>> shortened("network:runs/seed-3/best.safetensors,chance=true")
+    'seed-3/best,chance=true'
     """
-    return name if len(name) <= LONGEST else f"...{name[3 - LONGEST :]}"
+    return re.sub(r"^.*?([^/:]*/[^/,]*)\.\w+(?=,|$)", r"\1", name)
 
 
 def mean_trips(results: Results, source: Source) -> float:
