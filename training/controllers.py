@@ -70,8 +70,16 @@ KINDS = {
 """Kinds of policies of other trainers, by the word before the colon of a name."""
 
 
-PPO = named_policy("learned-ppo", NetworkPolicy()).with_parameters({"file": "motion-ppo"})
-CONTROLLERS.register(PPO.name, "a network drives, trained from scratch by PPO in a minute")(PPO)
+NETWORKS = {
+    "learned-ppo": ("motion-ppo", "a network drives, trained from scratch in es1 by PPO"),
+    "learned-generalist": ("motion-generalist", "the network of learned-ppo, trained in ten worlds"),
+}
+"""Bundled network of each controller, and its description."""
+
+for name, (network, about) in NETWORKS.items():
+    CONTROLLERS.register(name, about)(
+        named_policy(name, NetworkPolicy()).with_parameters({"file": network})
+    )
 
 for kind, policy in KINDS.items():
     first_line = (getdoc(policy) or "").partition("\n")[0]

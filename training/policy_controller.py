@@ -167,6 +167,8 @@ class PolicyController(LayeredController):
         form = form_of(policy, scenario)
         known = PolicyKeywords.model_fields
         terms = {keyword: value for keyword, value in form.config if keyword in known}
+        if form.config.learn != "weighting":
+            del terms["step_on"]
         terms["observation"] = policy.observation
         first = "wheels" if form.config.residual else next(iter(form.task.steerings), "none")
         terms["action"] = form.config.action or first

@@ -2,8 +2,8 @@
 
 Not in the papers: the experiment itself. And chosen here:
 - the worlds are es1 with one thing changed, and the other worlds of two or more areas;
-- the policies are the bundled ones; `learned-ppo` is of the ladder's best algorithm, by this
-  project's own command and with its default seed: the ladder keeps scores, and no weights;
+- the policies are the bundled ones; `learned-ppo` is of the algorithm that does best on the ladder,
+  PPO, by this project's own command and with its default seed: the ladder keeps no weights;
 - with more than ten robots the arena grows with the swarm, in the proportions of es1, and the
   distance of the areas stays the same; fewer robots have the arena of es1;
 - if the areas are farther apart, the arena is longer by the same amount; it is never shorter;
@@ -31,7 +31,7 @@ BASE = "ssgikf"
 
 POLICIES = (
     "dsgiff-penalised", "learned-weighting", "learned-motion", "learned-both", "learned-sceptical",
-    "learned-robust", "learned-ppo",
+    "learned-robust", "learned-ppo", "learned-generalist",
 )  # fmt: skip
 """Controllers compared with `ssgikf`: the best hand-written filter, and the policies."""
 

@@ -3,6 +3,7 @@
 `python cards.py FOLDER` writes those of the policies with the head that the Hugging Face Hub reads.
 """
 
+import shlex
 import sys
 import textwrap
 from pathlib import Path
@@ -213,10 +214,17 @@ def _kept_scores(name: str) -> list[Score]:
 def _policy_card(name: str) -> str:
     """The text of a card."""
     known, controller, layer, parts = (_network if name in BUNDLED_NETWORKS else _layer)(name)
+    words = (shlex.quote(word).replace(" ", "\0") for word in shlex.split(known.command))
     lines = textwrap.wrap(
-        known.command, 80, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
-    )
-    terms = {"layer": layer, "parts": parts, "seen": SEEN[layer], "command": " \\\n".join(lines)}
+        " ".join(words), 80, subsequent_indent="    ", break_long_words=False,
+        break_on_hyphens=False,
+    )  # fmt: skip
+    terms = {
+        "layer": layer,
+        "parts": parts,
+        "seen": SEEN[layer],
+        "command": " \\\n".join(lines).replace("\0", " "),
+    }
     terms |= {"runs": _controllers(name), "scores": _kept_scores(name), "controller": controller}
     interval = "{0.mean:.0f} ({0.low:.0f} to {0.high:.0f})".format
     return card_tables.rendered("policy", name=name, card=known, interval=interval, **terms)

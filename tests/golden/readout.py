@@ -23,6 +23,7 @@ from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from tests.commands import commands_of, parallel_env
+from training.policy_controller import PolicyController
 
 Readout = dict[str, bytes]
 
@@ -38,10 +39,14 @@ ENVIRONMENTS = {
 
 
 def controllers_of(scenario: str) -> list[str]:
-    """The names of all controllers and references that run on a scenario."""
+    """The names of all controllers and references of compiled layers that run on a scenario."""
     world = find_scenario(scenario)
-    names = [*CONTROLLERS, *REFERENCES]
-    return [name for name in names if find_controller(name, references=True).supports(world)]
+    found = {name: find_controller(name, references=True) for name in (*CONTROLLERS, *REFERENCES)}
+    return [
+        name
+        for name, each in found.items()
+        if each.supports(world) and not isinstance(each, PolicyController)
+    ]
 
 
 def start(

@@ -112,7 +112,7 @@ FORAGERS = [
     name
     for name in CONTROLLERS
     if CONTROLLERS[name].supports(Scenario())
-    and "motion.policy" not in CONTROLLERS[name].parameters
+    and not {"motion.policy", "policy.file"} & CONTROLLERS[name].parameters.keys()
 ]  # a trained motion is for so many messages at a time as it was trained on
 DRIVERS = (at_random, straight, into_a_clump, into_a_corner, *FORAGERS)
 

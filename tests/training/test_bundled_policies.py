@@ -8,7 +8,7 @@ from baselines.papers import transfer
 from baselines.papers.robustness import sound_trips
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
-from training.controllers import NAMED, PPO
+from training.controllers import NAMED, NETWORKS
 from training.experiment import TEST_SEEDS
 from training.network_policy import BUNDLED_NETWORKS
 from training.policy_card import read_policy_card
@@ -41,7 +41,7 @@ def test_the_folder_of_bundled_policies_holds_policies_and_their_cards_only():
     assert files == {f"{name}{end}" for name in NAMES for end in (".safetensors", ".json")}
 
 
-@pytest.mark.parametrize("name", [controller.name for controller in (*NAMED, PPO)])
+@pytest.mark.parametrize("name", [*(controller.name for controller in NAMED), *NETWORKS])
 def test_every_learned_controller_beats_robots_that_do_not_communicate(name):
     scenario, seeds = find_scenario("es1"), TEST_SEEDS[:3]
     learned, alone = (

@@ -56,7 +56,8 @@ class Card(Parameters):
     robot_steps: Count = Field(1_000_000, description="Training length, over all robots [ticks]")
     controllers: tuple[str, ...] = Field(("nc", "ssgikf"), description="Hand-written controllers")
     also: tuple[str, ...] = Field(
-        ("learned-motion", "learned-both", "learned-ppo"), description="Bundled policies"
+        ("learned-motion", "learned-both", "learned-ppo", "learned-generalist"),
+        description="Bundled policies",
     )
     oracle: str = Field("no-error", description="Oracle with a normalised score of 1")
     test: Keywords = Field({}, description="Changed keywords of the test worlds")
