@@ -28,13 +28,14 @@ ADAPTIVE = "adaptive"  # value of --episodes: as many as decide each claim
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:
-    """Return the expected time of the missing episodes [s], by one controller per scenario."""
+    """Return the expected time of the missing episodes [s], by one controller of a kind per
+    scenario and engine."""
     speeds: dict[str, float] = {}
     total = 0.0
     for key, configuration in {each.key: each for each in plan.configurations}.items():
         if key in plan.todo:
-            scenario = configuration.scenario
-            known = f"{scenario.name} {scenario.task.n_robots}"
+            scenario, kind = configuration.scenario, type(configuration.controller).__name__
+            known = f"{scenario.name} {scenario.task.n_robots} {kind} {configuration.physics}"
             if known not in speeds:
                 speeds[known] = seconds_per_tick(configuration)
             total += len(plan.todo[key]) * scenario.n_ticks * speeds[known]
