@@ -72,7 +72,7 @@ KINDS = {
 
 NETWORKS = {
     "learned-ppo": ("motion-ppo", "a network drives, trained from scratch in es1 by PPO"),
-    "learned-generalist": ("motion-generalist", "the network of learned-ppo, trained in ten worlds"),
+    "learned-generalist": ("motion-generalist", "learned-ppo trained in ten worlds, not one"),
 }
 """Bundled network of each controller, and its description."""
 
