@@ -294,10 +294,11 @@ def form_of(policy: ForeignPolicy, scenario: BaseScenario) -> PolicyForm:
     """Return the form of its observations and actions. ConfigError if the card differs."""
     form = PolicyForm([scenario], policy.config())
     card = policy.card()
-    if card is None:
-        return form
-    _check_observes(policy, card, form)
-    return PolicyForm([scenario], policy.config(), card.sizes)
+    if card is not None:
+        _check_observes(policy, card, form)
+        if card.sizes:
+            return PolicyForm([scenario], policy.config(), card.sizes)
+    return form
 
 
 def _check_named(
