@@ -53,7 +53,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 def _content(value: object, names: tuple[str, ...], seen: set[int]) -> Iterator[object]:
     """Yield what machine code takes from a value that a function with these names can read."""
-    function = getattr(value, "py_func", value)
+    function = getattr(value, "py_func", getattr(value, "_defn", value))  # a kernel, an intrinsic
     if isinstance(function, FunctionType):
         yield from _pieces(function, seen)
     elif isinstance(value, tuple | list):

@@ -5,14 +5,10 @@
 At the cut, a learner can replace a layer by writing `world.robots["action"]`.
 """
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cached_property, partial
 from typing import Any, TypeVar, cast
-
-import numpy as np
 
 from swarm_forage_env import task
 from swarm_forage_env.compiler import bind, typed_once
@@ -24,6 +20,7 @@ from swarm_forage_env.raw_control import estimators_of
 from swarm_forage_env.record import Rows, copied_rows
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World
+from swarm_forage_env.thread_team import ThreadTeam, serve
 from swarm_forage_env.ticks import RUN, STAGES, Errors, Modes, only, run_ticks
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
@@ -85,8 +82,9 @@ class Loop(WorldsOnCpu):
         self.controller: RunningController = build(self.world, seeds, controllers)
         super().__init__(self.world, self.controller.minds)
         self.threads = checked_count("threads", threads)
-        self._chunks = chunks(self.world.n_worlds, self.threads)
+        self._team = ThreadTeam(self.world.n_worlds, self.threads)
         self._layers = self.controller.compiled
+        self._modes = self.world.modes.copy()
         self._kernels: dict[tuple[str, ...], Kernel] = {}
         if not is_blank:
             self._begin(dict(enumerate(seeds)))
@@ -139,7 +137,13 @@ class Loop(WorldsOnCpu):
         chosen = self.world.modes if modes is None else modes
         for _ in range(n_ticks // at_once):
             self.controller.call_rules()
-            self._on_all_threads(partial(self._advance, at_once, chosen))
+            work = partial(self._advance, at_once, chosen)
+            if self.world.is_compiled and self._team.polls:
+                self._modes[...] = chosen
+                arrays = self.world.arrays, self._layers.arrays, self._modes, self.world.errors
+                self._team.run(self._serve, arrays, at_once, work)
+            else:
+                self._on_all_threads(work)
             self.check()
 
     def snapshot(self) -> Snapshot:
@@ -225,8 +229,7 @@ class Loop(WorldsOnCpu):
         """Run ticks, or only some of their stages, in one compiled call."""
         world, layers = self.world, self._layers
         if stages not in self._kernels:
-            functions = {**world.functions, **layers.functions, **only(*stages)}
-            self._kernels[stages] = typed_once(bind(run_ticks, functions))
+            self._kernels[stages] = typed_once(self._ticks(stages))
         kernel = self._kernels[stages]
         kernel(world.arrays, layers.arrays, modes, world.errors, first, last, n_ticks)
 
@@ -252,44 +255,22 @@ class Loop(WorldsOnCpu):
             each = [members_of(controller, self.world.n_robots) for controller in self.controllers]
             raise task.error_in(self.world, lambda w, robot: str(each[w][robot].name))
 
-    def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
-        """Call a function on all worlds, one chunk of them on each thread.
+    @cached_property
+    def _serve(self) -> Kernel:
+        return typed_once(bind(serve, {"run_chunk": self._ticks(tuple(STAGES))}))
 
-        The calling thread runs the first chunk itself: waking another costs tens of us.
-        """
-        first, *others = self._chunks
-        waiting = [pool(self.threads).submit(work, *chunk) for chunk in others]
-        try:
-            work(*first)
-            for each in waiting:
-                each.result()
-        except BaseException:
-            wait(waiting)  # no thread may still run in these worlds when the error is raised
-            raise
+    def _ticks(self, stages: tuple[str, ...]) -> Kernel:
+        """Return `run_ticks` of these worlds and layers, with these stages only."""
+        functions = {**self.world.functions, **self._layers.functions, **only(*stages)}
+        return bind(run_ticks, functions)
+
+    def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
+        """Call a function on all worlds, one chunk of them on each thread."""
+        self._team.call(work)
 
 
 AFTER_ENGINE = "tick", "observe"
 """Stages of a tick after an engine in Python."""
-
-
-@cache
-def _pool_of(threads: int, process: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads, thread_name_prefix="swarm-forage")
-
-
-def pool(threads: int) -> ThreadPoolExecutor:
-    """Return the pool of this process with that many threads; a forked process makes its own."""
-    return _pool_of(threads, os.getpid())
-
-
-def chunks(n_worlds: int, threads: int) -> list[tuple[int, int]]:
-    """Return the consecutive worlds of each thread, as (first, last + 1).
-
-    >>> chunks(5, 2)
-    [(0, 3), (3, 5)]
-    """
-    parts = np.array_split(np.arange(n_worlds), min(threads, n_worlds))
-    return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
 def _one_each(values: EachT | Sequence[EachT], worlds: Sequence[int]) -> list[EachT]:

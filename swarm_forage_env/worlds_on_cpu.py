@@ -22,7 +22,7 @@ from swarm_forage_env.raw_control import has_estimators
 Device = Literal["cpu", "cuda"]
 """Device on which worlds run."""
 
-ROBOTS_FOR_THREADS = 2000
+ROBOTS_FOR_THREADS = 10_000
 """Number of robots from which several threads are faster than one (measured)."""
 
 

@@ -53,7 +53,7 @@ _ = axes.set(xlabel="worlds in a block", ylabel="million robot-steps\na second",
 # ## Threads
 #
 # `threads=2` splits a block into chunks. The result does not depend on the number of threads. They
-# pay with hundreds of worlds.
+# pay from ten worlds on.
 
 # %%
 for threads in (1, 2):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from swarm_forage_env import thread_team
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, REPLACE
 from swarm_forage_env.loop import Loop
@@ -46,16 +47,19 @@ def test_a_world_reset_under_other_numbers_goes_on_as_the_world_alone(same, phys
 
 
 @pytest.mark.parametrize(("before", "after"), [(0.05, 0.4), (0.4, 0.05)])
-def test_room_for_neighbours_and_cells_grows_with_what_a_world_needs(same, before, after):
-    """A short reach needs more cells, a long one more neighbours."""
+def test_room_for_neighbours_and_cells_grows_with_what_a_world_needs(
+    same, monkeypatch, before, after
+):
+    """A short reach needs more cells, a long one more neighbours; also of a thread that polls."""
+    monkeypatch.setattr(thread_team, "polls_for", lambda seconds: 10**6)
     old, new = (find_scenario("es3", {"max_range": reach}) for reach in (before, after))
-    block, twin = (Loop(old, CONTROLLER, [1, 2], "kinematic") for _ in range(2))
+    block, twin = (Loop(old, CONTROLLER, [1, 2], "kinematic", threads) for threads in (2, 1))
     run(30, block, twin)
-    block.reset([3], worlds=[0], scenarios=new)
+    block.reset([3], worlds=[1], scenarios=new)
     alone = Loop(new, CONTROLLER, [3], "kinematic")
     run(60, block, twin, alone)
-    same(block, 0, alone)
-    same(block, 1, twin, 1)
+    same(block, 1, alone)
+    same(block, 0, twin)
 
 
 BAD = {
