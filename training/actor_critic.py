@@ -40,11 +40,16 @@ class ActorCritic(nn.Module):
         n_actions: int,
         hidden: Sequence[int] = (64, 64),
         log_std: float = 0.0,
+        value_gain: float = 1.0,
     ) -> None:
-        """Initialise the matrices orthogonally, the last ones with their own gains, as SB3 does."""
+        """Initialise the matrices orthogonally, the last ones with their own gains, as SB3 does.
+
+        With `value_gain=0` all values are 0 at first, so that nothing is learned before the first
+        reward: advantages without rewards are differences of untrained values.
+        """
         super().__init__()
         self.actor: nn.Module = Dense([n_observed, *hidden, n_actions], gain=0.01)
-        self.critic: nn.Module = Dense([n_observed, *hidden, 1], gain=1.0)
+        self.critic: nn.Module = Dense([n_observed, *hidden, 1], gain=value_gain)
         self.log_std = nn.Parameter(torch.full((n_actions,), log_std))
 
     def forward(self, observed: Tensor) -> Tensor:
@@ -94,10 +99,11 @@ class RecurrentActorCritic(ActorCritic):
         n_actions: int,
         hidden: Sequence[int] = (64, 64),
         log_std: float = 0.0,
+        value_gain: float = 1.0,
     ) -> None:
         """Initialise all matrices orthogonally; the first of the `hidden` sizes is the state's."""
         n_state, *rest = hidden
-        super().__init__(n_state, n_actions, rest, log_std)
+        super().__init__(n_state, n_actions, rest, log_std, value_gain)
         self.n_state = n_state
         self.encoder = Dense([n_observed, n_state], gain=2.0**0.5)
         self.gru = nn.GRU(n_state, n_state)

@@ -35,6 +35,9 @@ from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.training_loop import ProgressLogger, Training, run
 
+MANY = 1000
+"""Number of worlds from which the hyperparameters for many worlds are used."""
+
 
 @dataclass(frozen=True)
 class Preset:
@@ -43,15 +46,18 @@ class Preset:
     keywords: EnvOptions = field(default_factory=EnvOptions)
     """Keywords of the environment that differ from its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
-    on_gpu: PPOHyperparameters | None = None  # None: the same on a GPU
+    many_worlds: PPOHyperparameters | None = None
+    """Hyperparameters from `MANY` worlds on, whose rollouts are a small part of an episode. The
+    ends of episodes are then staggered, and values are 0 at first (decision 0047). None: as with
+    few worlds."""
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
     network: type[ActorCritic] = ActorCritic
     vec_env: type[TensorVecEnv] = TensorVecEnv
 
 
 MANY_WORLDS = PPOHyperparameters(n_steps=32, n_minibatches=8, n_epochs=4, learning_rate=2e-3)
-"""Hyperparameters for thousands of worlds on a GPU: the best of six by the round trips after six
-seconds (docs/guides/gpu.md)."""
+"""Hyperparameters for thousands of worlds: the best of six by the round trips after six seconds on
+a GPU (docs/guides/gpu.md)."""
 
 PRESETS: Mapping[str, Preset] = {
     "weighting": Preset(
@@ -60,8 +66,8 @@ PRESETS: Mapping[str, Preset] = {
         log_std=-0.7,
         vec_env=ErrorRewardVecEnv,
     ),
-    "motion": Preset(on_gpu=MANY_WORLDS),
-    "both": Preset(on_gpu=MANY_WORLDS),
+    "motion": Preset(many_worlds=MANY_WORLDS),
+    "both": Preset(many_worlds=MANY_WORLDS),
     "everything": Preset(
         {"decision_period": 10, "shaping": 1.0, "discount": 0.99},
         PPOHyperparameters(n_steps=64, n_minibatches=8, n_epochs=3, learning_rate=5e-4),
@@ -97,8 +103,9 @@ class PPOTraining(Training):
         env = make_env(experiment)
         preset, n_observed = PRESETS[experiment.layer], len(env.observation_layout)
         n_actions = len(env.blocks[0].action_layout)
-        policy = preset.network(n_observed, n_actions, log_std=preset.log_std)
-        terms = preset.on_gpu if experiment.device == "cuda" else None
+        terms = for_many_worlds(experiment)
+        gain = 0.0 if terms else 1.0
+        policy = preset.network(n_observed, n_actions, log_std=preset.log_std, value_gain=gain)
         self._learner = PPOLearner(env, policy, terms or preset.hyperparameters)
         self._open()
 
@@ -171,6 +178,11 @@ def base_controller(experiment: Experiment) -> LayeredController | None:
     return None if experiment.layer == "everything" else experiment.base_controller
 
 
+def for_many_worlds(experiment: Experiment) -> PPOHyperparameters | None:
+    """Return the hyperparameters for many worlds if the experiment has that many."""
+    return PRESETS[experiment.layer].many_worlds if experiment.worlds >= MANY else None
+
+
 def make_env(experiment: Experiment) -> TensorVecEnv:
     """Make the environment of all scenarios of an experiment, on its device."""
     return PRESETS[experiment.layer].vec_env(
@@ -180,6 +192,7 @@ def make_env(experiment: Experiment) -> TensorVecEnv:
                 device=checked_device(experiment.device),
                 n_worlds=n_worlds,
                 controller=base_controller(experiment),
+                stagger=for_many_worlds(experiment) is not None,
                 **keywords(experiment),
             )
             for name, n_worlds in worlds_per_scenario(experiment).items()

@@ -106,8 +106,8 @@ class ArrayEnv:
             scenario: A name, a TOML file or a `Scenario`.
             n_worlds: Number of worlds.
             controller: Controller of the layers that are not learned, as in `parallel_env`.
-            stagger: The ends of the first episodes are spread evenly over the length of an
-                episode, so that a batch shows all phases of an episode at once.
+            stagger: The ends of the episodes that begin at a reset of all worlds are spread evenly
+                over the length of an episode, so that a batch shows all its phases at once.
             device: `cpu` or `cuda`.
             **options: The fields of `EnvConfig`, and parameters of the scenario.
         """
@@ -184,9 +184,8 @@ class ArrayEnv:
         `options` are scenario parameters for these episodes, by dotted name.
         """
         self.check()
-        is_first = not self.episodes.has_begun
         fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
-        if is_first and self._is_staggered:
+        if worlds is None and self._is_staggered:
             self.episodes.stagger()
         modes = np.full(self.n_worlds, SKIP, np.int8)
         modes[fresh] = START

@@ -15,7 +15,7 @@ import baselines.controllers
 from training.experiment import Experiment
 
 layer, folder = sys.argv[1], Path(sys.argv[2])
-busy = {"task.n_robots": "3", "robot.cruise_speed": "0.12", "task.duration": "1"}
+busy = {"task.n_robots": "3", "robot.cruise_speed": "0.12", "task.duration": "3"}
 
 def experiment(device, **changes):
     terms = {
@@ -89,6 +89,8 @@ assert mine.keys() == his.keys()
 for name, array in mine.items():
     np.testing.assert_allclose(his[name], array, rtol=1e-4, atol=1e-6, err_msg=name)
 
+ppo.MANY, ppo.PRESETS = 2, {"motion": ppo.Preset(many_worlds=quick)}
+whole = trained("cuda", "many")
 advance, killed = ppo.PPOTraining.advance, []
 
 def advance_or_be_killed(training, progress):

@@ -61,6 +61,8 @@ def test_staggered_worlds_end_one_after_the_other():
         if truncated.any():
             env.reset(worlds=truncated)
     assert ends == [(3 * k, (k - 1) % 4) for k in range(1, 9)]
+    env.reset(seed=0)
+    assert env.episodes.ends.tolist() == [3, 6, 9, 12]
 
 
 def test_a_world_must_be_reset_before_its_first_step_and_when_it_is_over():

@@ -206,6 +206,7 @@ def test_a_damaged_network_is_refused_in_one_line(network, damage, message):
 
 def test_matrices_begin_orthogonal_and_the_last_ones_with_their_own_gain():
     policy = ActorCritic(5, 2, hidden=(3,))
+    assert not ActorCritic(5, 2, value_gain=0.0).outputs(torch.ones((1, 4, 5)))[2].any()
     for net, gain in ((policy.actor, 0.01), (policy.critic, 1.0)):
         first, last = net[0].weight.detach(), net[-1].weight.detach()
         assert (first @ first.T).numpy() == pytest.approx(2.0 * np.eye(3), abs=1e-5)
