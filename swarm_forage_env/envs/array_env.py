@@ -185,10 +185,10 @@ class ArrayEnv:
         """
         self.check()
         fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
-        if worlds is None and self._is_staggered:
-            self.episodes.stagger()
         modes = np.full(self.n_worlds, SKIP, np.int8)
         modes[fresh] = START
+        if self._is_staggered and (modes == START).all():
+            self.episodes.stagger()
         memory = self.memory
         observed = self._decisions.observe(memory.to_device(modes))
         self.episodes.is_interrupted[fresh] = False
