@@ -138,7 +138,7 @@ class Loop(WorldsOnCpu):
         for _ in range(n_ticks // at_once):
             self.controller.call_rules()
             work = partial(self._advance, at_once, chosen)
-            if self.world.is_compiled and self._team.polls:
+            if self.world.is_compiled and self._team.can_poll:
                 self._modes[...] = chosen
                 arrays = self.world.arrays, self._layers.arrays, self._modes, self.world.errors
                 self._team.run(self._serve, arrays, at_once, work)

@@ -24,10 +24,10 @@ from numba.extending import intrinsic
 from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.compiler import entry_point, kernel, typed_once
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.ticks import Arrays, Errors, Modes
+from swarm_forage_env.ticks import Arrays
 
 run_chunk: Kernel
-"""Free name of `serve`: ticks of consecutive worlds."""
+"""Free name of `serve`: `run_ticks` of these worlds and layers."""
 
 ASLEEP, POLLING, RUNNING, LEAVING = range(4)
 """States of a thread."""
@@ -84,19 +84,13 @@ def has_changed(mailbox: Mailbox, state: int, n_polls: int) -> bool:
     return n < n_polls
 
 
-def serve(  # noqa: PLR0913 as `run_ticks`, with a mailbox
-    mailbox: Mailbox,
-    world_arrays: Arrays,
-    layer_arrays: Arrays,
-    modes: Modes,
-    errors: Errors,
-    first: int,
-    last: int,
-    n_polls: int,
-) -> None:
-    """Run the ticks of the worlds first .. last - 1 that the mailbox asks for, run after run."""
+def serve(mailbox: Mailbox, arrays: Arrays, first: int, last: int, n_polls: int) -> None:
+    """Run the ticks of the worlds first .. last - 1 that the mailbox asks for, run after run.
+
+    `arrays` are the arguments of `run_ticks` before the worlds.
+    """
     while True:
-        run_chunk(world_arrays, layer_arrays, modes, errors, first, last, mailbox[N_TICKS])
+        run_chunk(*arrays, first, last, mailbox[N_TICKS])
         if not changed(mailbox, RUNNING, POLLING):
             return
         if not has_changed(mailbox, POLLING, n_polls):
@@ -140,7 +134,7 @@ class ThreadTeam:
 
     def __init__(self, n_worlds: int, threads: int) -> None:
         self.chunks = chunks(n_worlds, threads)
-        self.polls = len(self.chunks) > 1 and not config.DISABLE_JIT
+        self.can_poll = len(self.chunks) > 1 and not config.DISABLE_JIT
         """Whether there are other threads, which can poll."""
         self._process, self._arrays = 0, ()
         self._runs: dict[int, Future[None]] = {}
@@ -162,17 +156,14 @@ class ThreadTeam:
     def run(
         self, serve: Kernel, arrays: Arrays, n_ticks: int, work: Callable[[int, int], None]
     ) -> None:
-        """Let the others `serve` these arrays while the caller runs as many ticks by `work`.
-
-        `arrays` are the arguments of `serve` between the mailbox and the worlds.
-        """
+        """Let the others `serve` these arrays while the caller runs as many ticks by `work`."""
         self._prepare((*arrays[0], *arrays[1:]))
         try:
             hand_over(self._mailboxes, n_ticks)
             for k in np.flatnonzero(self._mailboxes[:, MUST_WAKE]).tolist():
                 wait([self._runs[k]] if k in self._runs else [])
                 self._mailboxes[k, STATE] = RUNNING
-                given = self._mailboxes[k], *arrays, *self.chunks[k + 1], self._n_polls
+                given = self._mailboxes[k], arrays, *self.chunks[k + 1], self._n_polls
                 self._runs[k] = self._pool.submit(serve, *given)
             work(*self.chunks[0])
             if not have_ended(self._mailboxes, self._n_polls):
@@ -188,11 +179,11 @@ class ThreadTeam:
         if self._process != os.getpid():  # a forked process has no other threads
             n, self._process = len(self.chunks) - 1, os.getpid()
             self._pool, self._runs = ThreadPoolExecutor(n, "swarm-forage"), {}
-            self._mailboxes = np.zeros((n * self.polls, WORDS), np.int64)
+            self._mailboxes = np.zeros((n * self.can_poll, WORDS), np.int64)
             has_cores = n < (os.cpu_count() or 1)
-            self._n_polls = polls_for(POLLING_S) if self.polls and has_cores else 0
+            self._n_polls = polls_for(POLLING_S) if self.can_poll and has_cores else 0
         is_same = len(arrays) == len(self._arrays) and all(map(is_, arrays, self._arrays))
-        if self.polls and not (is_same and ThreadTeam._polling is self._mailboxes):
+        if self.can_poll and not (is_same and ThreadTeam._polling is self._mailboxes):
             change_all(ThreadTeam._polling, POLLING, ASLEEP)
             change_all(self._mailboxes, POLLING, ASLEEP)
             self._arrays, ThreadTeam._polling = arrays, self._mailboxes

@@ -23,7 +23,8 @@ Device = Literal["cpu", "cuda"]
 """Device on which worlds run."""
 
 ROBOTS_FOR_THREADS = 10_000
-"""Number of robots from which several threads are faster than one (measured)."""
+"""Number of robots from which kernels other than ticks run on several threads: handing them over
+ends the polling of the threads (measured)."""
 
 
 def checked_device(device: str) -> Device:
@@ -103,7 +104,7 @@ class WorldsOnCpu:
     def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
         """Return a template over worlds; its last argument, a range of worlds, is added here.
 
-        The calling thread processes few robots alone: waking another takes longer.
+        The calling thread processes few robots alone: handing them over takes longer.
         """
         compiled = typed_once(bind(template, functions))
 

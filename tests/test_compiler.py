@@ -11,6 +11,7 @@ import pytest
 from numba.core.runtime import rtsys
 from numba.core.runtime._nrt_python import memsys_enable_stats
 from numba.core.types import ExternalFunction, float64, intp, void
+from numba.extending import intrinsic
 
 from swarm_forage_env.compiler import _bound, bind, entry_point, kernel
 from swarm_forage_env.errors import ConfigError
@@ -112,6 +113,22 @@ def test_the_fingerprint_knows_functions_of_a_library_by_name_and_arguments():
     *others, again = [fingerprint(module(text, step=each).go) for each in functions]
     assert len({*others}) == 3
     assert again == others[0]
+
+
+@compiled
+def test_the_fingerprint_changes_with_the_instructions_of_an_intrinsic():
+    text = """
+@intrinsic
+def step(_, x):
+    return x(x), lambda context, builder, _, values: builder.fadd(*values, *values)
+
+@kernel
+def go(x):
+    return step(x)
+"""
+    texts = text, text, text.replace("fadd", "fmul")
+    one, same, other = (fingerprint(module(each, intrinsic=intrinsic).go) for each in texts)
+    assert one == same != other
 
 
 NUMBERS = """
