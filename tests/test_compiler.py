@@ -104,12 +104,8 @@ def odd(n):
 @compiled
 def test_the_fingerprint_knows_functions_of_a_library_by_name_and_arguments():
     text = "@kernel\ndef go(x):\n    step(x)\n"
-    functions = [
-        ExternalFunction("step", void(float64)),
-        ExternalFunction("stride", void(float64)),
-        ExternalFunction("step", void(intp)),
-        ExternalFunction("step", void(float64)),
-    ]
+    named = ("step", float64), ("stride", float64), ("step", intp), ("step", float64)
+    functions = [ExternalFunction(name, void(kind)) for name, kind in named]
     *others, again = [fingerprint(module(text, step=each).go) for each in functions]
     assert len({*others}) == 3
     assert again == others[0]
