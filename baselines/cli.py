@@ -123,7 +123,9 @@ def list_names(
     ] = None,
     form: ListedFormat = "table",
 ) -> None:
-    """Show all scenarios, controllers, layers and engines, or all parameters of one of them."""
+    """Show all scenarios, controllers, layers and engines, or all parameters of one of the first
+    three.
+    """
     from baselines.evaluation import listing
 
     if form == "json":

@@ -91,7 +91,7 @@ def robot_number(robot: object, agents: Sequence[str]) -> int:
     """Return the index of a robot, given its index or name; UnknownNameError if unknown."""
     number: Any = agents.index(robot) if robot in agents else robot
     if isinstance(number, bool) or number not in range(len(agents)):
-        raise UnknownNameError("robot", str(robot), agents)
+        raise UnknownNameError("robot", str(robot), agents, f"or its index, below {len(agents)}")
     return int(number)
 
 
@@ -113,7 +113,7 @@ def _named(name: str, references: bool) -> Controller:
     registry = next((each for each in (CONTROLLERS, POLICIES, REFERENCES) if name in each), None)
     if registry is None:
         if name in SCENARIOS:
-            raise ConfigError(f"no controller named {name!r}: it is a scenario; only one is run")
+            raise ConfigError(f"no controller named {name!r}: it is a scenario; at most one is run")
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
         layers, note = CONTROLLERS.elements, left_out()
         if any(name in each for each in layers):

@@ -107,8 +107,7 @@ def test_the_fingerprint_knows_functions_of_a_library_by_name_and_arguments():
     named = ("step", float64), ("stride", float64), ("step", intp), ("step", float64)
     functions = [ExternalFunction(name, void(kind)) for name, kind in named]
     *others, again = [fingerprint(module(text, step=each).go) for each in functions]
-    assert len({*others}) == 3
-    assert again == others[0]
+    assert (len({*others}), again) == (3, others[0])
 
 
 @compiled

@@ -65,7 +65,8 @@ def imported(name: str) -> object:
     try:
         return getattr(import_module(home), own)
     except (ImportError, AttributeError, ValueError) as error:
-        raise ConfigError(f"'{name}': {error}") from None
+        where = "searched were Python's path and the current folder"
+        raise ConfigError(f"'{name}': {error}; {where}") from None
 
 
 def module_file(part: object) -> Path:

@@ -50,6 +50,8 @@ class Preset:
     """Hyperparameters from `MANY` worlds on, whose rollouts are a small part of an episode. The
     ends of episodes are then staggered, and values are 0 at first (decision 0047). None: as with
     few worlds."""
+    stagger: bool = False
+    """Whether the ends of episodes are staggered with few worlds, too."""
     log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
     network: type[ActorCritic] = ActorCritic
     vec_env: type[TensorVecEnv] = TensorVecEnv
@@ -72,6 +74,7 @@ PRESETS: Mapping[str, Preset] = {
         {"decision_period": 10, "shaping": 1.0, "discount": 0.99},
         PPOHyperparameters(n_steps=64, n_minibatches=8, n_epochs=3, learning_rate=5e-4),
         log_std=-0.5,
+        stagger=True,
         network=RecurrentActorCritic,
     ),
 }
@@ -185,14 +188,15 @@ def for_many_worlds(experiment: Experiment) -> PPOHyperparameters | None:
 
 def make_env(experiment: Experiment) -> TensorVecEnv:
     """Make the environment of all scenarios of an experiment, on its device."""
-    return PRESETS[experiment.layer].vec_env(
+    preset, has_many = PRESETS[experiment.layer], for_many_worlds(experiment) is not None
+    return preset.vec_env(
         [
             ArrayEnv(
                 experiment.scenarios_by_name[name],
                 device=checked_device(experiment.device),
                 n_worlds=n_worlds,
                 controller=base_controller(experiment),
-                stagger=for_many_worlds(experiment) is not None,
+                stagger=preset.stagger or has_many,
                 **keywords(experiment),
             )
             for name, n_worlds in worlds_per_scenario(experiment).items()

@@ -32,6 +32,7 @@ from baselines.evaluation.experiment_config import (
     changed_settings,
     find_layered_controller,
     short_label,
+    shortened,
 )
 from baselines.evaluation.trajectories import ENDING
 from swarm_forage_env.episode import EpisodeKind
@@ -85,7 +86,8 @@ class EpisodeGroup:
 
     def setup(self, without: str | None = None) -> str:
         """Return the scenario with its changed settings, except `without`, and the engine."""
-        return ", ".join((self.scenario, *changed_settings(self.overrides, without), self.physics))
+        changes = map(shortened, changed_settings(self.overrides, without))
+        return ", ".join((self.scenario, *changes, self.physics))
 
     @classmethod
     def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":

@@ -11,6 +11,7 @@ from importlib.metadata import version
 from inspect import getfile
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import baselines.controllers
 import baselines.oracles.controllers  # noqa: F401 both register controllers
@@ -45,6 +46,9 @@ NOT_HASHED = {
     "swarm_forage_v2.py": "environments for learning",
 }
 """Folders and files of the world that do not affect an evaluated episode, with their purpose."""
+
+LONG = 60
+"""Number of letters of a setting's value from which titles show its checksum."""
 
 OURS = ("swarm_forage_env", *COMMON_NAMES)  # an episode depends on some of their folders only
 
@@ -163,6 +167,16 @@ def changed_settings(text: str, without: str | None = None, short: bool = False)
         for name, value in json.loads(text).items()
         if name != without
     ]
+
+
+def shortened(setting: str) -> str:
+    """Return `name=value`, or with a checksum in place of a long value, such as obstacles.
+
+    >>> shortened(f"obstacles={[{'points': [[0.0, 0.5], [0.0, 0.1]], 'radius': 0.0}] * 2}")
+    'obstacles=#708d2165'
+    """
+    name, _, value = setting.partition("=")
+    return setting if len(value) < LONG else f"{name}=#{crc32(value.encode()):08x}"
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, str]:

@@ -207,11 +207,13 @@ def draw_caption(figure: Figure) -> None:
 
 
 def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"]) -> None:
-    size = style_in_use().points(NOTE)
-    letters = int(0.95 * figure.get_figwidth() / (0.95 * LETTER * size))
-    wrapped = textwrap.fill(text, letters, break_on_hyphens=False)
-    figure.set_figheight(figure.get_figheight() + 1.25 * size / 72 * wrapped.count("\n"))
-    figure.supxlabel(wrapped, fontsize=size, color=FAINT, x=x, ha=ha)
+    size, room, letters = style_in_use().points(NOTE), 0.97 * figure.bbox.width, len(text)
+    drawn = figure.supxlabel(text, fontsize=size, color=FAINT, x=x, ha=ha)
+    while (width := drawn.get_window_extent().width) > room and letters > 1:
+        letters = min(letters - 1, int(letters * room / width) + 1)
+        drawn.set_text(textwrap.fill(text, letters, break_on_hyphens=False))
+    n_breaks = drawn.get_text().count("\n")
+    figure.set_figheight(figure.get_figheight() + 1.25 * size / 72 * n_breaks)
 
 
 def spans_decades(x: Float64[Array, " points"]) -> bool:

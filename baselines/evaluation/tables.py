@@ -16,7 +16,7 @@ from rich.text import Text
 
 from baselines.evaluation.console import count_noun
 from baselines.evaluation.episode import AnyEpisode, kind_of_episode, present_values
-from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.experiment_config import ExperimentConfig, shortened
 from baselines.evaluation.statistics import Estimate, compare, mean_interval
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.foraging.episode import ForagingEpisode
@@ -110,8 +110,9 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
         groups.setdefault(episode.controller, []).append(episode)
     first = next(iter(groups.values()))
     head, kind = first[0], kind_of_episode(first[0])
+    setup = ", ".join((head.scenario, *map(shortened, changes)))
     title = (
-        f"{', '.join((head.scenario, *changes))}: {count_noun(head.n_robots, 'robot')},"
+        f"{setup}: {count_noun(head.n_robots, 'robot')},"
         f" {head.duration_s:g} s, {head.physics} physics, seeds {head.seed} to {first[-1].seed}"
     )
     always = [metric for metric in kind.columns if metric not in kind.sometimes]
@@ -119,7 +120,7 @@ def report(episodes: Sequence[AnyEpisode], changes: Sequence[str] = ()) -> Group
     parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
     if present:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, present)]
-    note = f"n = {len(first)}: the mean, and below it its 95 % interval."
+    note = f"n = {len(first)}: the mean, and below it its 95 % interval, from two values on."
     counts = [len(present_values(each, m)) for each in groups.values() for m in always]
     if any(0 < count < len(first) for count in counts):
         note += "\nn = k of n: the others have no value, as where recruitment did not end."

@@ -93,7 +93,9 @@ def _check_name(name: str) -> None:
     from swarm_forage_env.registry import SCENARIOS
     from swarm_forage_env.task import TASKS
 
-    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or keyword.iskeyword(name):
+    if keyword.iskeyword(name):
+        raise ConfigError(f"name '{name}': is a word of Python's own; choose another")
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name):
         raise ConfigError(
             f"name '{name}': must be small letters, digits and single underscores, as my_rule"
         )

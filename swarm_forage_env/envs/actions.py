@@ -133,7 +133,7 @@ def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steerin
     if config.residual:
         raise ConfigError(
             f"action='{config.action}': a residual policy corrects wheel speeds; use"
-            " action='wheels', or residual=False"
+            " action='wheels', or residual=0"
         )
     if config.action is not None and config.action not in task.steerings:
         raise UnknownNameError("form of action", config.action, task.steerings)
@@ -230,6 +230,8 @@ class Actions:
             array = np.asarray(action).astype(np.float64, casting="same_kind")
         except (OverflowError, RuntimeError, TypeError, ValueError) as error:
             return f"{shown(action)}: must be finite numbers, {wanted}; {error}"
+        if np.asarray(action).dtype == np.bool_:
+            return f"{shown(action)}: must be numbers, {wanted}; these are booleans"
         if array.shape != self._shape[1:]:
             return f"shape {array.shape}: must be {self._shape[1:]}, for {wanted}"
         for feature, value, as_given in zip(layout, array, np.asarray(action), strict=True):

@@ -35,7 +35,7 @@ class PolicyKeywords(Parameters):
     action: str | None = Field(
         None,
         description="Form of steering: `drive`, `course` or `wheels` (waypoints: `pull`); None:"
-        " `drive`",
+        " `drive`. A policy of `weighting` steers nothing",
     )
     reflexes: bool | None = Field(
         None,
@@ -44,12 +44,14 @@ class PolicyKeywords(Parameters):
         " alone drives. None: true for `drive` and `course`",
     )
     walk: bool = Field(
-        True, description="Whether a robot without a goal observes the direction of its random walk"
+        True,
+        description="Whether a robot without a goal observes the direction of its random walk. For"
+        " `motion` and `both`",
     )
     sharpest_turn: Annotated[Positive, Field(le=1.0)] = Field(
         0.3,
         description="Sharpest turn of `drive`, as a share of the largest difference between the"
-        " wheels",
+        " wheels; no other action reads it",
     )
     discrete: bool | tuple[Count, Count] = Field(
         False,
@@ -180,4 +182,7 @@ def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
             f"learners={shown(learners)}: must be the number of robots, or a list of their names or"
             " indices"
         )
-    return sorted({robot_number(robot, agents) for robot in named})
+    robots = [robot_number(robot, agents) for robot in named]
+    if len(set(robots)) < len(robots):
+        raise ConfigError(f"learners={shown(learners)}: a robot is named twice")
+    return sorted(robots)

@@ -1,6 +1,7 @@
 """PettingZoo environments: `parallel_env`, `raw_env` and `env`."""
 
 from collections.abc import Mapping
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -86,7 +87,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         self.state_layout = env.state_layout
         self.state_space = env.state_space
         self.observation_spaces = dict.fromkeys(env.learners, env.observation_space)
-        self.action_spaces = dict.fromkeys(env.learners, env.action_space)
+        self.action_spaces = {each: deepcopy(env.action_space) for each in env.learners}
         self._infos_of_step: dict[str, Array] = {}
 
     @property

@@ -22,7 +22,7 @@ ON_GPU = "--device=cuda", "--physics=kinematic"
 
 REFUSED = [
     (("evaluate", "es4", "nc"), "named 'es4', did you mean 'es1', 'es2' or 'es3'?"),
-    (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; only one is run"),
+    (("evaluate", "es1", "es2"), "no controller named 'es2': it is a scenario; at most one is run"),
     (("evaluate", "mine.yaml", "nc"), "scenario file mine.yaml: must be TOML, under a name that"),
     (("evaluate", "es1", "boids"), "'boids-goal'?; it is a layer, and three make a controller: e"),
     (("evaluate", "es1", "ssgif"), "named 'ssgif', did you mean 'ssgiff' or 'ssgikf'?"),
@@ -73,7 +73,7 @@ REFUSED = [
     (("bench", "--threads=0"), "Invalid value for '--threads'"),
     (("list", "es1:tick=0.2"), "scenario 'es1:tick=0.2': its parameters are given apart: --set"),
     (("new", "reward", "My-Rule"), "name 'My-Rule': must be small letters"),
-    (("new", "reward", "class"), "name 'class': must be small"),
+    (("new", "reward", "class"), "name 'class': is a word of Python"),
     (("new", "reward", "numpy"), "name 'numpy': Python has a module"),
     (("new", "weighting", "sgikf"), "name 'sgikf': a weighting rule has that name; choose another"),
     (("new", "task", "foraging"), "name 'foraging': a task has that name; choose another"),

@@ -93,7 +93,7 @@ def running():
         ({"epuck_0": 10**5000}, ConfigError, "epuck_0: <int of thousands of digits>: must be fin"),
         ({"epuck_2": ...}, ConfigError, "epuck_2 has none; every agent needs one"),
         ({"epuck_3": GOOD}, UnknownNameError, "no agent named 'epuck_3', did you mean 'epuck_"),
-        (dict.fromkeys(AGENTS, np.array([True, False])), ConfigError, "actions: "),
+        (dict.fromkeys(AGENTS, np.array([True, False])), ConfigError, "booleans"),
     ],
 )
 def test_a_bad_action_is_refused_and_changes_nothing(running, change, error, message):

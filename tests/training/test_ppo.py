@@ -112,12 +112,13 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
         ("everything", {"shaping": 1.0, "decision_period": 10}),
     ],
 )
-def test_every_layer_is_trained_under_the_defaults_of_the_environment(motion, layer, keywords):
+def test_every_layer_is_trained_in_its_environment(motion, layer, keywords, monkeypatch):
     experiment = motion(layer=layer, settings=BUSY | {"task.duration": "60"}, every=4000)
     training = ppo.PPOTraining(experiment)
-    config = training._learner.env.blocks[0].config
+    block = training._learner.env.blocks[0]
+    assert block._is_staggered == (layer == "everything")
     for name, wanted in {"learn": layer, "shaping": 0.0, "action": None, **keywords}.items():
-        assert getattr(config, name) == wanted
+        assert getattr(block.config, name) == wanted
     before = training._weights
     with ProgressLogger(experiment.out, "robot step", str) as progress:
         training.evaluate()
@@ -125,6 +126,8 @@ def test_every_layer_is_trained_under_the_defaults_of_the_environment(motion, la
     for name, array in training._weights.items():
         assert np.isfinite(array).all()
         assert (array != before[name]).any(), name
+    monkeypatch.setattr(ppo, "MANY", 2)
+    assert ppo.make_env(experiment).blocks[0]._is_staggered == (layer != "weighting")
 
 
 @pytest.fixture

@@ -133,7 +133,7 @@ def _axis(x: str, group: EpisodeGroup) -> str:
         unit = (units(configuration.scenario) | units(configuration.controller)).get(x, "")
     except (ConfigError, UnknownNameError):
         unit = ""
-    name = AXES.get(x) or x.rpartition(".")[2].replace("_", " ")
+    name = AXES.get(x) or " ".join(x.split(".")[1:] or [x]).replace("_", " ")
     return f"{name} [{unit}]" if unit else name
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.evaluation.console import count_noun
 from baselines.evaluation.dataset import LOGGER
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.evaluate_options import EvaluateOptions
@@ -66,7 +67,8 @@ def _evaluated(options: PlotOptions) -> Iterator[PathDensity]:
         seed = seeds[0] if options.seed is None else options.seed
         if seed not in seeds:
             raise ConfigError(
-                f"--seed {seed}: must be one of {group.label()}, {seeds[0]} to {seeds[-1]}"
+                f"--seed {seed}: {group.label()} in {group.setup()} has"
+                f" {count_noun(len(seeds), 'seed')}, {seeds[0]} to {seeds[-1]}"
             )
         named = group.setup(), group.label(), seed
         if trajectory := find_trajectory(options.sources, group.key, seed):
