@@ -9,14 +9,7 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, is_privileged
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.registry import (
-    CONTROLLERS,
-    JOINT,
-    POLICIES,
-    REFERENCES,
-    SCENARIOS,
-    left_out,
-)
+from swarm_forage_env.registry import CONTROLLERS, JOINT, POLICIES, REFERENCES, SCENARIOS, left_out
 from swarm_forage_env.task import task_of
 
 OneController = str | Controller

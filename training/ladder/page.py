@@ -15,15 +15,7 @@ from baselines.evaluation.statistics import Estimate
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
 from training.ladder.rungs import DEFAULTS, RANDOM, Algorithm, Rung, Score, title_of
-from training.ladder.runs import (
-    Run,
-    by_algorithm,
-    by_rung,
-    improvements,
-    iqm,
-    over_all,
-    score_word,
-)
+from training.ladder.runs import Run, by_algorithm, by_rung, improvements, iqm, over_all, score_word
 
 PROFILE = "profile"  # name of the figure of all rungs
 
