@@ -13,6 +13,7 @@ from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from itertools import product
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pyarrow as pa
@@ -25,27 +26,6 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
 from training.ladder.play import Point
 from training.ladder.rungs import Algorithm, Rung
-
-SCORES = pa.list_(pa.float64())
-POINT = {"robot_steps": pa.int64(), "wall_s": pa.float64(), "scores": SCORES}
-COLUMNS = pa.schema(
-    {
-        "rung": pa.string(),
-        "algorithm": pa.string(),
-        "seed": pa.int64(),
-        "key": pa.string(),
-        "config": pa.string(),
-        "robot_steps": pa.int64(),
-        "train_s": pa.float64(),
-        "curve": pa.list_(pa.struct(POINT)),
-        "scores": SCORES,
-        "scores_by_chance": SCORES,
-        "versions": pa.string(),
-        "scores_kinematic": SCORES,
-        "scores_kinematic_by_chance": SCORES,
-    }
-)
-"""Columns of the Parquet file: the fields of a run."""
 
 AS_JSON = ("config", "versions")
 """Nested fields, which the Parquet file stores as JSON."""
@@ -153,11 +133,24 @@ def read_runs(file: Path) -> list[Run]:
         raise ConfigError(f"{file}: holds no runs of the ladder; move it away") from None
 
 
+SCORES = pa.list_(pa.float64())
+POINT = {"robot_steps": pa.int64(), "wall_s": pa.float64(), "scores": SCORES}
+COLUMN_TYPES = {
+    int: pa.int64(),
+    float: pa.float64(),
+    Sequence[float]: SCORES,
+    Sequence[Point]: pa.list_(pa.struct(POINT)),
+}
+"""Type of the columns of the Parquet file by that of the field of a run; text for all others."""
+
+
 def write_runs(runs: Sequence[Run], file: Path) -> None:
     """Write runs to a Parquet file, atomically."""
+    kinds = get_type_hints(Run).items()
+    columns = pa.schema({name: COLUMN_TYPES.get(kind, pa.string()) for name, kind in kinds})
     rows = [vars(run) | {name: json.dumps(vars(run)[name]) for name in AS_JSON} for run in runs]
     content = pa.BufferOutputStream()
-    table = pa.Table.from_pylist(rows, COLUMNS)
+    table = pa.Table.from_pylist(rows, columns)
     pq.write_table(table, content, compression="zstd", write_page_checksum=True)
     write_atomically(file, content.getvalue().to_pybytes())
 
