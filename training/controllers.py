@@ -30,35 +30,24 @@ from training.sb3_policy import SB3Policy
 
 REPUTATION = ReputationOdometryParameters(weighs_unknown=True, pause=5.0, refractory=10.0)
 
-NAMED = (
-    LayeredController("learned-weighting", FREQUENT, LearnedWeighting(), SUBSUMPTION),
-    LayeredController("learned-motion", SINGLE, SGIFF(), LearnedMotion()),
-    LayeredController(
-        "learned-both",
-        PENALISED,
-        LearnedWeighting(policy="weighting-both"),
-        LearnedMotion(policy="motion-both"),
-    ),
-    LayeredController(
-        "learned-robust",
-        PENALISED,
-        LearnedWeighting(policy="weighting-both"),
-        LearnedMotion(policy="motion-robust"),
-    ),
-    LayeredController("learned-sceptical", REPUTATION, LearnedReputation(), SUBSUMPTION),
-)
+TABLE = (
+    ("learned-weighting", "a network weights received estimates, over dsgiff-frequent",
+     FREQUENT, LearnedWeighting(), SUBSUMPTION),
+    ("learned-motion", "a linear policy corrects the motion, over ssgiff",
+     SINGLE, SGIFF(), LearnedMotion()),
+    ("learned-both", "a learned weighting and motion, over dsgiff-penalised",
+     PENALISED, LearnedWeighting(policy="weighting-both"), LearnedMotion(policy="motion-both")),
+    ("learned-robust", "learned-both with a motion that was trained in many worlds",
+     PENALISED, LearnedWeighting(policy="weighting-both"), LearnedMotion(policy="motion-robust")),
+    ("learned-sceptical", "a network weights by how right the reports of each sender were",
+     REPUTATION, LearnedReputation(), SUBSUMPTION),
+)  # fmt: skip
+"""Name, description and layers of each controller."""
 
-ABOUT = {
-    "learned-weighting": "a network weights received estimates, over dsgiff-frequent",
-    "learned-motion": "a linear policy corrects the motion, over ssgiff",
-    "learned-both": "a learned weighting and motion, over dsgiff-penalised",
-    "learned-robust": "learned-both with a motion that was trained in many worlds",
-    "learned-sceptical": "a network weights by how right the reports of each sender were",
-}
-"""Description of each controller."""
+NAMED = tuple(LayeredController(name, *layers) for name, _, *layers in TABLE)
 
-for controller in NAMED:
-    CONTROLLERS.register(controller.name, ABOUT[controller.name])(controller)
+for controller, (name, about, *_) in zip(NAMED, TABLE, strict=True):
+    CONTROLLERS.register(name, about)(controller)
 
 KINDS = {
     "sb3": SB3Policy,
