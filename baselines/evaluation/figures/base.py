@@ -32,13 +32,8 @@ class PlotOptions:
     @property
     def choices(self) -> dict[str, object]:
         """Options set by the user, by name."""
-        chosen: dict[str, object] = {
-            "scenario": self.scenarios,
-            "controller": self.controllers,
-            "metric": self.metric,
-            "x": self.x,
-            "seed": self.seed,
-        }
+        chosen: dict[str, object] = {"scenario": self.scenarios, "controller": self.controllers}
+        chosen |= {"metric": self.metric, "x": self.x, "seed": self.seed}
         return {name: value for name, value in chosen.items() if value not in ((), None)}
 
     @property
