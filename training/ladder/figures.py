@@ -89,8 +89,7 @@ def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
 
 def _curve(runs: Sequence[Run], over: Over) -> Means:
     """Return the interquartile mean of the runs' scores at each evaluation that all runs have."""
-    n_points = min(len(run.curve) for run in runs)
-    points = [[run.curve[k] for run in runs] for k in range(n_points)]
+    points = list(zip(*(run.curve for run in runs), strict=False))
     x = np.array([np.median([point[over] for point in each]) for each in points])
     scores = [[[float(np.mean(point["scores"])) for point in each]] for each in points]
     estimates = [iqm(each) for each in scores]
