@@ -207,6 +207,7 @@ def draw_caption(figure: Figure) -> None:
 
 
 def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"]) -> None:
+    figure.set_dpi(DPI)
     size, room, letters = style_in_use().points(NOTE), 0.97 * figure.bbox.width, len(text)
     drawn = figure.supxlabel(text, fontsize=size, color=FAINT, x=x, ha=ha)
     while (width := drawn.get_window_extent().width) > room and letters > 1:
@@ -240,6 +241,9 @@ def wrapped_name(name: str, letters: int) -> str:
     return "\n".join(lines)
 
 
+DPI = 200
+"""Resolution of figures, in which captions are measured: letters are wider in another."""
+
 FORMATS = {  # by file ending: the metadata field of the caption, and the fields left out
     ".png": ("Description", ()),
     ".pdf": ("Subject", ("CreationDate",)),
@@ -259,7 +263,7 @@ def save_figure(figure: Figure, file: Path, title: str = "Round trips") -> None:
     field, date = FORMATS[ending]
     metadata = {field: str(figure.caption), "Title": title} | dict.fromkeys(date)
     with rc_context({"svg.hashsalt": "swarm-forage", "svg.fonttype": "none", "pdf.fonttype": 42}):
-        figure.savefig(content, format=ending[1:], dpi=200, metadata=metadata)
+        figure.savefig(content, format=ending[1:], dpi=DPI, metadata=metadata)
     write_atomically(file, content.getvalue())
     words = {"title": title, **asdict(figure.caption)}
     del words["n"]
