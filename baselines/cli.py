@@ -123,9 +123,7 @@ def list_names(
     ] = None,
     form: ListedFormat = "table",
 ) -> None:
-    """Show all scenarios, controllers, layers and engines, or all parameters of one of the first
-    three.
-    """
+    """Show scenarios, controllers, layers and engines, or all parameters of one (not an engine)."""
     from baselines.evaluation import listing
 
     if form == "json":

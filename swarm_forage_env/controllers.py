@@ -84,7 +84,7 @@ def robot_number(robot: object, agents: Sequence[str]) -> int:
     """Return the index of a robot, given its index or name; UnknownNameError if unknown."""
     number: Any = agents.index(robot) if robot in agents else robot
     if isinstance(number, bool) or number not in range(len(agents)):
-        raise UnknownNameError("robot", str(robot), agents, f"or its index, below {len(agents)}")
+        raise UnknownNameError("robot", str(robot), agents, f"indices: 0 to {len(agents) - 1}")
     return int(number)
 
 

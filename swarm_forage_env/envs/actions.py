@@ -227,14 +227,15 @@ class Actions:
         if self.form.is_discrete:
             return self._complaint_about_choice(action)
         try:
-            array = np.asarray(action).astype(np.float64, casting="same_kind")
+            given = np.asarray(action)
+            array = given.astype(np.float64, casting="same_kind")
         except (OverflowError, RuntimeError, TypeError, ValueError) as error:
             return f"{shown(action)}: must be finite numbers, {wanted}; {error}"
-        if np.asarray(action).dtype == np.bool_:
+        if given.dtype == np.bool_:
             return f"{shown(action)}: must be numbers, {wanted}; these are booleans"
         if array.shape != self._shape[1:]:
             return f"shape {array.shape}: must be {self._shape[1:]}, for {wanted}"
-        for feature, value, as_given in zip(layout, array, np.asarray(action), strict=True):
+        for feature, value, as_given in zip(layout, array, given, strict=True):
             if not feature.low <= value <= feature.high:
                 advice = "clip it first with numpy.clip" if np.isfinite(value) else NOT_FINITE
                 return (

@@ -85,7 +85,7 @@ def by_own_ppo(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> Non
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     keywords = {**rung.keywords, **algorithm.keywords}
-    env = TensorVecEnv([ArrayEnv(n_worlds=algorithm.worlds, stagger=True, **keywords)])
+    env = TensorVecEnv([ArrayEnv(n_worlds=algorithm.worlds, stagger=PRESET.stagger, **keywords)])
     sizes = len(env.observation_layout), len(env.blocks[0].action_layout)
     policy = RecurrentActorCritic(*sizes, log_std=PRESET.log_std)
     changes = {"discount": keywords["discount"], **algorithm.settings}
