@@ -83,6 +83,10 @@ class Caption:
         return " ".join(part for part in (self.text, note, code, self.command) if part)
 
 
+DPI = 200
+"""Resolution of figures [dots per inch]: captions are as wide as they were measured in it."""
+
+
 class CaptionedFigure(Figure):
     """A figure with its caption."""
 
@@ -102,7 +106,7 @@ def panel_grid(
     columns = -(-n_panels // rows)
     each = height or (SINGLE_HEIGHT if n_panels == 1 else HEIGHT)
     size = style.width, style.scale * (each * rows + 0.7)
-    figure = CaptionedFigure(figsize=size, layout="constrained")
+    figure = CaptionedFigure(figsize=size, dpi=DPI, layout="constrained")
     axes = list(figure.subplots(rows, columns, squeeze=False).flat)
     for unused in axes[n_panels:]:
         unused.remove()
@@ -207,7 +211,6 @@ def draw_caption(figure: Figure) -> None:
 
 
 def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"]) -> None:
-    figure.set_dpi(DPI)
     size, room, letters = style_in_use().points(NOTE), 0.97 * figure.bbox.width, len(text)
     drawn = figure.supxlabel(text, fontsize=size, color=FAINT, x=x, ha=ha)
     while (width := drawn.get_window_extent().width) > room and letters > 1:
@@ -240,9 +243,6 @@ def wrapped_name(name: str, letters: int) -> str:
                 lines[-1] += piece
     return "\n".join(lines)
 
-
-DPI = 200
-"""Resolution of figures, in which captions are measured: letters are wider in another."""
 
 FORMATS = {  # by file ending: the metadata field of the caption, and the fields left out
     ".png": ("Description", ()),
